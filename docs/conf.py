@@ -67,7 +67,7 @@ smartquotes_action = "D"
 EXECUTED = (
     *("start", "tutorial", "special-systems", "cheat-sheet", "drawing", "basins", "orbits"),
     *("howto/machine", "howto/diagram", "howto/real-orbit", "howto/basins"),
-    "howto/from-a-picture",
+    *("howto/from-a-picture", "other-peoples-systems"),
 )
 sys.path.insert(0, str(Path(__file__).parent))
 nb_custom_formats = {f"docs/{page}.md": ["executed.read", {}] for page in EXECUTED}
@@ -159,6 +159,23 @@ def join_names(
             lines[number] = line.replace(found[1], found[1].replace(", ", ","), 1)
 
 
+def plain_aliases(
+    app: Sphinx,
+    what: str,
+    name: str,
+    obj: object,
+    options: object,
+    signature: str | None,
+    returns: str | None,
+) -> tuple[str | None, str | None]:
+    """Write an alias by its name where it is a part of a union, too."""
+    plain = [
+        text and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text)
+        for text in (signature, returns)
+    ]
+    return plain[0], plain[1]
+
+
 def write_math(translator: SphinxTranslator, node: docutils.nodes.Element) -> None:
     """Write a formula as MathML, which browsers show without scripts or fonts of a third party."""
     block = isinstance(node, docutils.nodes.math_block)
@@ -178,4 +195,5 @@ def setup(app: Sphinx) -> None:
     app.connect("html-page-context", fold_sidebar, priority=900)
     app.connect("autodoc-process-docstring", keep_summary, priority=400)
     app.connect("autodoc-process-docstring", join_names, priority=600)
+    app.connect("autodoc-process-signature", plain_aliases)
     app.add_html_math_renderer("mathml", (write_math, None), (write_math, None))

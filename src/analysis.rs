@@ -8,6 +8,9 @@ pub mod one_impact;
 pub(crate) mod period;
 mod return_map;
 pub mod shooting;
+mod structure_lyapunov;
+mod structure_orbit;
+pub(crate) mod structure_sweep;
 pub(crate) mod sweep;
 pub(crate) mod tolerances;
 mod workers;
@@ -20,6 +23,11 @@ pub use period::{
     CHATTERING, Evidence, EvidenceKind, Growth, ImpactCount, Kind, PeriodReport, WhyUndecided,
     detect_period,
 };
+pub use structure_lyapunov::{StructureLyapunovError, StructureSpectrum, structure_lyapunov};
+pub use structure_orbit::{
+    StructureOrbit, StructureOrbitError, StructureStability, structure_orbit,
+};
+pub use structure_sweep::{StructurePoint, structure_sweep};
 pub use sweep::{
     Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepRows, SweepStart, arrive_many,
     run_many, sweep,

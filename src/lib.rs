@@ -66,9 +66,11 @@ pub mod tangent;
 
 pub use analysis::{
     CHATTERING, Cell, Evidence, EvidenceKind, Growth, ImpactCount, Kind, LyapunovError, Measure,
-    PeriodReport, PointStatus, Spectrum, SweepOptions, SweepPoint, SweepRows, SweepStart,
-    WhyUndecided, Workers, arrive_many, detect_period, largest_lyapunov_exponent,
-    largest_lyapunov_exponents, lyapunov_spectrum, run_many, sweep,
+    PeriodReport, PointStatus, Spectrum, StructureLyapunovError, StructureOrbit,
+    StructureOrbitError, StructurePoint, StructureSpectrum, StructureStability, SweepOptions,
+    SweepPoint, SweepRows, SweepStart, WhyUndecided, Workers, arrive_many, detect_period,
+    largest_lyapunov_exponent, largest_lyapunov_exponents, lyapunov_spectrum, run_many,
+    structure_lyapunov, structure_orbit, structure_sweep, sweep,
 };
 pub use contact::{ContactForce, ContactMode};
 pub use flight::{
@@ -76,8 +78,8 @@ pub use flight::{
     next_contact,
 };
 pub use model::{
-    Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, State, StateError, Stop,
-    Structure, StructureBuilder, System, SystemBuilder,
+    Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, Simultaneous, State,
+    StateError, Stop, Structure, StructureBuilder, StructureState, System, SystemBuilder,
 };
 pub use numerics::cancel::CancelToken;
 pub use search::{GapPoint, Start};
@@ -86,7 +88,12 @@ pub use simulate::event::{
     GrazeRecord, ImpactEvent, ImpactRecord, StopEvent, StopReason,
 };
 pub use simulate::run::{
-    Bounces, BouncesEnd, EnergyAudit, FinalState, Run, RunError, RunOptions, run,
+    Bounces, BouncesEnd, EnergyAudit, FinalState, Run, RunError, RunOptions, StopContactRecord,
+    StopGrazeRecord, StopImpactRecord, StructureAudit, run,
+};
+pub use simulate::structure::{
+    ClosedStops, StopChatterEvent, StopContactEvent, StopGrazeEvent, StopImpactEvent,
+    StructureEvent, StructureMode,
 };
 pub use simulate::{Horizon, Observer, Simulation};
 

@@ -5,6 +5,7 @@ pub(crate) mod contact_coordinates;
 pub(crate) mod error;
 pub(crate) mod oblique;
 pub(crate) mod parameters;
+pub(crate) mod point;
 pub(crate) mod state;
 pub(crate) mod structure;
 pub(crate) mod tip;
@@ -12,5 +13,6 @@ pub(crate) mod tolerances;
 
 pub use error::{ParameterError, SimulationError, StateError};
 pub use parameters::{Contact, ImpactLaw, Parameter, System, SystemBuilder};
+pub use point::Point;
 pub use state::{Clock, State};
-pub use structure::{Stop, Structure, StructureBuilder};
+pub use structure::{Simultaneous, Stop, Structure, StructureBuilder, StructureState};

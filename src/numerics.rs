@@ -1,7 +1,9 @@
 //! Arithmetic that knows no mechanics: elementary functions with the same bits in every lane,
-//! numbers in double double, numbers with derivatives and intervals, quadrature, the bound of a first root.
+//! numbers and matrices in double double, numbers with derivatives and intervals, quadrature, the
+//! bound of a first root.
 
 pub(crate) mod cancel;
+pub(crate) mod dense;
 pub(crate) mod double_double;
 pub(crate) mod dual;
 pub(crate) mod elementary;

@@ -17,6 +17,11 @@ mod lyapunov;
 mod one_impact;
 mod orbit;
 mod run;
+mod structure;
+mod structure_motion;
+mod structure_parts;
+mod structure_run;
+mod structure_sweep;
 mod sweep;
 mod system;
 mod systems;
@@ -45,6 +50,16 @@ mod _core {
     #[pymodule_export]
     use super::run::{PyFinalState, PyPeriodReport, PyRun, simulate, simulate_many};
     #[pymodule_export]
+    use super::structure::{PyStop, PyStructure};
+    #[pymodule_export]
+    use super::structure_motion::{
+        PyStructureOrbit, PyStructureSpectrum, structure_motion, structure_spectrum,
+    };
+    #[pymodule_export]
+    use super::structure_run::{PyStructureRun, simulate_structure};
+    #[pymodule_export]
+    use super::structure_sweep::structure_sweep;
+    #[pymodule_export]
     use super::sweep::{PySweep, sweep};
     #[pymodule_export]
     use super::system::{PyParameter, PySystem};
@@ -59,6 +74,7 @@ mod _core {
     use crate::analysis::{EvidenceKind, WhyUndecided};
     use crate::impact::{ImpactOutcome, RegimeKind};
     use crate::model::parameters::{Contact, ImpactLaw};
+    use crate::model::structure::Simultaneous;
     use crate::numerics::elementary::MOST_TURNED;
     use crate::numerics::interval::{ABSOLUTE_ERROR, RELATIVE_ERROR, UNREDUCED};
     use crate::simulate::event::{ContactRecord, EventRecord, GrazeRecord, ImpactRecord};
@@ -84,6 +100,8 @@ mod _core {
         module.add("LAWS", PyTuple::new(py, ImpactLaw::ALL.iter().map(|one| one.name()))?)?;
         let coulomb = ImpactLaw::ALL.iter().filter(|law| law.is_coulomb()).map(|law| law.name());
         module.add("COULOMB_LAWS", PyTuple::new(py, coulomb.collect::<Vec<_>>())?)?;
+        let simultaneous = Simultaneous::ALL.iter().map(|one| one.name());
+        module.add("SIMULTANEOUS", PyTuple::new(py, simultaneous)?)?;
         module.add("IMPACT_DTYPE", ImpactRecord::dtype(py)?)?;
         module.add("OUTCOME_DTYPE", ImpactOutcome::dtype(py)?)?;
         module.add("EVENT_DTYPE", EventRecord::dtype(py)?)?;

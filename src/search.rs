@@ -7,7 +7,7 @@ pub(crate) mod steps;
 pub(crate) mod tolerances;
 
 #[cfg(test)]
-mod coupled_oscillators;
+pub(crate) mod coupled_oscillators;
 
 pub use first_contact::Start;
 pub use gap::GapPoint;

@@ -10,31 +10,32 @@ mod checkpoint;
 mod contact;
 pub(crate) mod event;
 mod flight;
+pub(crate) mod model;
+mod oblique;
 mod recurrence;
 pub(crate) mod run;
 mod sections;
 mod stop;
+pub(crate) mod structure;
 pub(crate) mod tolerances;
 
 pub(crate) use batch::{Companion, ImpactLanes, Job, run_batch};
 pub(crate) use checkpoint::{Anchor, Checkpoint, Completion, FlightStart, Phase};
 pub(crate) use flight::{hops, impacts_hop_by_hop};
+pub(crate) use model::{AnchorOf, CheckpointOf, Leg, Model, ModelEvent};
 pub(crate) use recurrence::Cycle;
 
 use serde::{Deserialize, Serialize};
 
 use self::recurrence::Recurrence;
-use crate::contact::sustained::ContactMode;
-use crate::flight::Found;
-use crate::flight::{Drive, Flight, FreeMotion};
+use crate::flight::Drive;
 use crate::model::error::{SimulationError, StateError};
 use crate::model::parameters::System;
-use crate::model::state::{Clock, State};
-use crate::numerics::EPS;
+use crate::model::state::{Clock, ModelState, State};
 use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
-use crate::search::tolerances::REST_NOISE;
-use crate::simulate::event::{Event, StopEvent, StopReason};
+use crate::search::first_contact::Found;
+use crate::simulate::event::{StopEvent, StopReason};
 use crate::simulate::tolerances::{
     DEFAULT_MAX_EVENTS, DEFAULT_MAX_TIME, DEFAULT_TOLERANCE, MOST_COUNTED,
 };
@@ -56,24 +57,25 @@ pub enum Horizon {
 }
 
 /// Where section points go. What the implementing type does not want is not computed.
-pub trait Observer {
+pub trait Observer<S = State> {
     /// Whether stroboscopic section points are wanted.
     const SECTIONS: bool;
     /// The state at the k-th stroboscopic section (k >= 1), after an impact at that instant.
-    fn section(&mut self, k: i64, state: &State);
+    fn section(&mut self, k: i64, state: &S);
     /// Whether an impact at this instant, which leaves `state`, is passed over:
     /// [`Simulation::advance`] then goes on to the next event, and its record is not made.
-    fn skips(&mut self, _clock: Clock, _state: &State) -> bool {
+    fn skips(&mut self, _clock: Clock, _state: &S) -> bool {
         false
     }
 }
 
-impl Observer for () {
+impl<S> Observer<S> for () {
     const SECTIONS: bool = false;
-    fn section(&mut self, _: i64, _: &State) {}
+    fn section(&mut self, _: i64, _: &S) {}
 }
 
-/// A running simulation: an iterator over its events, the last of which is [`Event::Stop`].
+/// A running simulation: an iterator over its events, the last of which is
+/// [`Event::Stop`](crate::Event::Stop).
 ///
 /// ```
 /// use vibroimpact::{Event, Simulation, State, System};
@@ -93,9 +95,9 @@ impl Observer for () {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Simulation {
-    system: System,
-    motion: FreeMotion,
+pub struct Simulation<M: Model = System> {
+    system: M,
+    motion: M::Motion,
     horizon: Horizon,
     /// Clock of the horizon.
     end: Clock,
@@ -107,61 +109,37 @@ pub struct Simulation {
     completes: bool,
     /// Section time in the period.
     section_offset: f64,
-    point: Checkpoint,
+    point: CheckpointOf<M>,
     /// The present local flight.
-    flight: Flight,
+    flight: M::Flight,
     /// What the search found in the present local flight, once it has run.
-    found: Option<Found>,
+    found: Option<Found<M::Touched>>,
     evaluations: u64,
     /// Looks for a motion that repeats, in runs.
-    recurrence: Option<Recurrence>,
+    recurrence: Option<Recurrence<M::Bits>>,
 }
 
 /// How one turn of the automaton ends: with an event, or without one.
-type Turn = Option<Result<Event, SimulationError>>;
+pub(crate) type Turn<M = System> = Option<Result<<M as Model>::Event, SimulationError>>;
 
-impl Simulation {
+impl<M: Model> Simulation<M> {
     /// A simulation from `initial` at t = 0, forcing cos(omega t + phi). A start on the contact
     /// (g = 0 to rounding) begins with an impact, a contact phase or a flight, as its velocities
     /// and forces say. Without a horizon it runs up to the caps on events and time.
     ///
     /// # Errors
     /// [`StateError`] if the bodies overlap in `initial`, or it is not finite.
-    pub fn new(system: &System, initial: State) -> Result<Self, StateError> {
-        let initial = initial.checked()?;
-        let gap = system.gap_function(&initial);
-        let noise = system.gap_noise(&initial);
-        let State { x1, v1, x2, v2 } = initial;
-        if gap > noise {
-            return Err(StateError::Penetrating { gap, x1, x2 });
-        }
-        let anchor = if gap < -noise {
-            Anchor::apart(Clock::START, initial)
-        } else {
-            let approach = system.approach_velocity(&initial);
-            let rest = REST_NOISE * EPS * (v1.abs() + v2.abs());
-            let phase = if approach > rest {
-                Phase::Strike
-            } else if approach < -rest {
-                Phase::Flight(FlightStart::Touching)
-            } else {
-                Phase::Landing
-            };
-            let state = match phase {
-                Phase::Landing => system.landed(initial),
-                _ => system.touching(initial),
-            };
-            Anchor { clock: Clock::START, state, phase }
-        };
-        Ok(Self::from_checkpoint(system, &Checkpoint::at(anchor)))
+    pub fn new(system: &M, initial: M::State) -> Result<Self, StateError> {
+        Ok(Self::from_checkpoint(system, Checkpoint::at(system.begin(initial)?)))
     }
 
-    pub(crate) fn from_checkpoint(system: &System, point: &Checkpoint) -> Self {
-        let motion = FreeMotion::new(system);
-        let flight = motion.flight(point.anchor.clock, point.anchor.state);
+    pub(crate) fn from_checkpoint(system: &M, point: CheckpointOf<M>) -> Self {
+        let motion = system.motion();
+        let Anchor { clock, ref state, .. } = point.anchor;
+        let flight = system.flight(&motion, &point.anchor, clock, state.clone());
         let mut simulation = Self {
-            system: *system,
-            end: motion.drive.clock_at(DEFAULT_MAX_TIME),
+            system: system.clone(),
+            end: M::drive(&motion).clock_at(DEFAULT_MAX_TIME),
             motion,
             horizon: Horizon::Impacts { count: u64::MAX, max_time: DEFAULT_MAX_TIME },
             max_events: DEFAULT_MAX_EVENTS,
@@ -169,7 +147,7 @@ impl Simulation {
             chatter_tolerance: DEFAULT_TOLERANCE,
             completes: true,
             section_offset: 0.0,
-            point: *point,
+            point,
             flight,
             found: None,
             evaluations: 0,
@@ -195,7 +173,7 @@ impl Simulation {
 
     /// A horizon within what can be counted, and its clock.
     fn horizon_at(&self, horizon: Horizon) -> (Horizon, Clock) {
-        let drive = &self.motion.drive;
+        let drive = self.drive();
         let most = if drive.has_period() { MOST_COUNTED * drive.period.hi } else { f64::INFINITY };
         let capped =
             |time: f64| if time.is_finite() { time.clamp(0.0, most) } else { DEFAULT_MAX_TIME };
@@ -253,7 +231,7 @@ impl Simulation {
     /// Moves the stroboscopic section to omega t = `phase` (mod 2 pi), `phase` in [0, 2 pi).
     #[must_use]
     pub fn section_phase(mut self, phase: f64) -> Self {
-        self.section_offset = if phase > 0.0 { phase / self.system.drive_frequency } else { 0.0 };
+        self.section_offset = if phase > 0.0 { phase / self.drive().omega } else { 0.0 };
         self
     }
 
@@ -271,7 +249,7 @@ impl Simulation {
 
     /// Contact mode at present; `None` in flight.
     #[must_use]
-    pub fn mode(&self) -> Option<ContactMode> {
+    pub fn mode(&self) -> Option<M::Mode> {
         match self.point.anchor.phase {
             Phase::Contact(mode) => Some(mode),
             _ => None,
@@ -284,21 +262,21 @@ impl Simulation {
     }
 
     pub(crate) fn drive(&self) -> &Drive {
-        &self.motion.drive
+        M::drive(&self.motion)
     }
 
-    pub(crate) fn checkpoint(&self) -> &Checkpoint {
+    pub(crate) fn checkpoint(&self) -> &CheckpointOf<M> {
         &self.point
     }
 
     /// The present local flight.
-    pub(crate) fn present_flight(&self) -> &Flight {
+    pub(crate) fn present_flight(&self) -> &M::Flight {
         &self.flight
     }
 
     /// Whether this event, the last one so far, lies among skipped impacts.
-    pub(crate) fn skips_at(&self, event: &Event) -> bool {
-        matches!(event, Event::Stop(_)) && self.point.skips()
+    pub(crate) fn skips_at(&self, event: &M::Event) -> bool {
+        event.as_stop().is_some() && self.point.skips()
     }
 
     /// Clock of the horizon. Every run has one: a motion without contact must end too.
@@ -307,17 +285,17 @@ impl Simulation {
     }
 
     /// The stop of a simulation that had stopped before.
-    pub(crate) fn standstill(&self) -> StopEvent {
-        let Flight { mut clock, mut state, .. } = self.flight;
+    pub(crate) fn standstill(&self) -> StopEvent<M::State> {
+        let (mut clock, mut state) = (self.flight.clock(), self.flight.state().clone());
         // Not before the graze that the flight goes on from.
         if let Some(s) = self.point.grazed {
-            let grazing = self.motion.state_at(&self.flight, s);
+            let grazing = M::state_at(&self.motion, &self.flight, s);
             if grazing.is_finite() {
                 (clock, state) = (self.clock_after(s, self.point.grazed_rest), grazing);
             }
         }
         let reason = self.point.stopped.unwrap_or(StopReason::Failed);
-        StopEvent { clock, time: self.motion.drive.time(clock), state, reason }
+        StopEvent { clock, time: self.drive().time(clock), state, reason }
     }
 
     /// Skips the sections before the `first`-th.
@@ -329,32 +307,44 @@ impl Simulation {
     ///
     /// # Errors
     /// [`SimulationError`] with time, number of impacts and state.
-    pub fn advance<O: Observer>(
+    pub fn advance<O: Observer<M::State>>(
         &mut self,
         observer: &mut O,
-    ) -> Option<Result<Event, SimulationError>> {
+    ) -> Option<Result<M::Event, SimulationError>> {
         if self.point.stopped.is_some() {
             return None;
         }
         loop {
-            let turn = match self.stops_before_leg() {
-                Some(reason) => Some(Ok(self.stop_here(reason))),
-                None => self.turn(observer),
-            };
+            let turn = self.step(observer);
             if turn.is_some() {
-                return self.checked(turn);
+                return turn;
             }
         }
     }
 
+    /// A single turn of the automaton, with an event or without one. Only before the stop.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as one with the loop of `advance`
+    pub(crate) fn step<O: Observer<M::State>>(&mut self, observer: &mut O) -> Turn<M> {
+        let turn = match self.stops_before_leg() {
+            Some(reason) => Some(Ok(self.stop_here(reason))),
+            None => self.turn(observer),
+        };
+        if turn.is_some() { self.checked(turn) } else { None }
+    }
+
     /// One leg.
-    fn turn<O: Observer>(&mut self, observer: &mut O) -> Turn {
+    fn turn<O: Observer<M::State>>(&mut self, observer: &mut O) -> Turn<M> {
         match self.point.anchor.phase {
-            Phase::Flight(_) if self.point.completion.is_some() => self.complete(observer),
+            Phase::Flight(_) | Phase::Contact(_) | Phase::Landing
+                if self.point.completion.is_some() =>
+            {
+                self.complete(observer)
+            }
             Phase::Flight(began) => self.fly(began, observer),
-            Phase::Contact(mode) => self.hold(mode, observer),
+            Phase::Contact(mode) => M::hold(self, mode, observer),
             Phase::Landing => self.land(observer),
-            Phase::Strike => self.strike_at_start(observer),
+            Phase::Strike => M::strike_at_start(self, observer),
         }
     }
 
@@ -362,7 +352,7 @@ impl Simulation {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     fn horizon_in_leg(&self) -> DoubleDouble {
-        self.motion.drive.until(self.flight.clock, self.end)
+        self.drive().until(self.flight.clock(), self.end)
     }
 
     /// Whether the next local time `reached` of the present leg certainly lies before `target`:
@@ -370,21 +360,21 @@ impl Simulation {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     fn is_far(&self, target: Clock, reached: f64) -> bool {
-        let between = target.period - self.flight.clock.period - 1;
-        between > 0 && reached < (between as f64 - 0.5) * self.motion.drive.period.hi
+        let between = target.period - self.flight.clock().period - 1;
+        between > 0 && reached < (between as f64 - 0.5) * self.drive().period.hi
     }
 
     /// Clock at a local time of the present leg, given in two parts.
     #[inline(always)]
     #[allow(clippy::inline_always)]
     fn clock_at(&self, time: f64, offset: f64) -> Clock {
-        self.motion.drive.advance(self.flight.clock, DoubleDouble::sum(time, offset))
+        self.drive().advance(self.flight.clock(), DoubleDouble::sum(time, offset))
     }
 
     /// Clock as [`Simulation::clock_at`], but never before the leg starts: two clocks may have the
     /// value of an impact's.
     fn clock_after(&self, time: f64, offset: f64) -> Clock {
-        let (start, clock) = (self.flight.clock, self.clock_at(time, offset));
+        let (start, clock) = (self.flight.clock(), self.clock_at(time, offset));
         if clock < start { start } else { clock }
     }
 
@@ -392,22 +382,26 @@ impl Simulation {
     #[inline(always)]
     #[allow(clippy::inline_always)]
     fn place(&self, time: f64, offset: f64) -> (Clock, f64, f64) {
-        let drive = &self.motion.drive;
+        let drive = self.drive();
         let clock = self.clock_after(time, offset);
         (clock, drive.time(clock), drive.phase_at(clock))
     }
 
     /// Starts a new leg.
-    fn anchor(&mut self, clock: Clock, state: State, phase: Phase) {
-        self.point.anchor = Anchor { clock, state, phase };
+    fn anchor(&mut self, clock: Clock, state: M::State, phase: Phase<M::Mode>) {
+        self.begin_leg(Anchor { clock, state, phase, touching: M::Touching::default() });
+    }
+
+    fn begin_leg(&mut self, leg: AnchorOf<M>) {
+        self.point.anchor = leg;
         self.point.elapsed = DoubleDouble::ZERO;
         self.point.grazed = None;
         self.enter_flight();
     }
 }
 
-impl Iterator for Simulation {
-    type Item = Result<Event, SimulationError>;
+impl<M: Model> Iterator for Simulation<M> {
+    type Item = Result<M::Event, SimulationError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         self.advance(&mut ())

@@ -15,6 +15,7 @@ mod impact;
 pub mod itinerary;
 mod leg;
 mod strike;
+pub mod structure;
 pub(crate) mod tolerances;
 
 pub(crate) use contact::{

@@ -1,5 +1,5 @@
-//! Random flights of linear structures: the library's first contact, by modes, against a dense search
-//! along the Taylor series of the equations of motion in double-double, which knows no modes
+//! Random flights of linear structures: the library's first contact, by modes, against a dense
+//! search along the Taylor series of the equations of motion in double-double, which knows no modes
 //! (docs/contact-audit.md).
 
 use nalgebra::Complex;
@@ -23,8 +23,9 @@ type Row = [Dd; MOST];
 struct Case {
     mass: Vec<Vec<f64>>,
     stiffness: Vec<Vec<f64>>,
-    /// C = m M + k K, one of them 0 and the other a power of two: no entry is rounded.
-    damping: [f64; 2],
+    /// C = m M + k K, one of them 0 and the other a power of two: no entry is rounded. Or a matrix
+    /// that couples the modes.
+    damping: Vec<Vec<f64>>,
     load: Vec<f64>,
     drive: Vec<Complex<f64>>,
     frequency: f64,
@@ -39,18 +40,9 @@ struct Case {
 }
 
 impl Case {
-    fn damping_matrix(&self) -> Vec<Vec<f64>> {
-        let [m, k] = self.damping;
-        let of = |(mass, stiffness): (&f64, &f64)| m * mass + k * stiffness;
-        let row = |(mass, stiffness): (&Vec<f64>, &Vec<f64>)| {
-            mass.iter().zip(stiffness).map(of).collect()
-        };
-        self.mass.iter().zip(&self.stiffness).map(row).collect()
-    }
-
     fn structure(&self) -> Structure {
         Structure::builder(self.mass.clone(), self.stiffness.clone())
-            .damping(self.damping_matrix())
+            .damping(self.damping.clone())
             .static_load(self.load.clone())
             .drive(self.drive.clone(), self.frequency, self.phase)
             .stop(
@@ -147,7 +139,7 @@ impl Exact {
         let mut exact = Self {
             count,
             stiffness: columns(&case.stiffness),
-            damping: columns(&case.damping_matrix()),
+            damping: columns(&case.damping),
             load: loads[0],
             drive: [loads[1], loads[2]],
             frequency: Dd::new(case.frequency),
@@ -276,8 +268,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The rounding level that the search states: 4 eps of the terms of the gap, and 6 eps V t with V >=
-/// |g'|, both by the modes.
+/// The rounding level that the search states: 4 eps of the terms of the gap, and 6 eps V t with V
+/// >= |g'|, both by the modes.
 fn level(case: &Case, structure: &Structure, span: f64) -> Level {
     let omega = case.frequency;
     let (mut size, mut rate) =
@@ -317,7 +309,8 @@ fn search(case: &Case, structure: &Structure) -> Searched<()> {
     }
 }
 
-fn draw(rng: &mut ChaCha8Rng) -> Case {
+/// `coupled`: by a damping matrix that couples the modes.
+fn draw(rng: &mut ChaCha8Rng, coupled: bool) -> Case {
     loop {
         let count = rng.random_range(1..=MOST);
         let mut within = |from: f64, to: f64| rng.random_range(from..to);
@@ -352,7 +345,13 @@ fn draw(rng: &mut ChaCha8Rng) -> Case {
             load.fill(0.0);
         }
         let power = 2f64.powi(-rng.random_range(2..9));
-        let damping = [[0.0, 0.0], [power, 0.0], [0.0, power]][rng.random_range(0..3)];
+        let [m, k] = [[0.0, 0.0], [power, 0.0], [0.0, power]][rng.random_range(0..3)];
+        let damping = if coupled {
+            coupled_damping(rng, count)
+        } else {
+            let of = |i: usize, j: usize| m * mass[i][j] + k * stiffness[i][j];
+            (0..count).map(|i| (0..count).map(|j| of(i, j)).collect()).collect()
+        };
         let moving = if rng.random_bool(0.4) { rng.random_range(-0.5..0.5) } else { 0.0 };
         let mut case = Case {
             mass,
@@ -410,14 +409,32 @@ fn draw(rng: &mut ChaCha8Rng) -> Case {
     }
 }
 
+/// The sum of squares of a few rows, from weak to beyond critical damping: one dashpot, or more.
+fn coupled_damping(rng: &mut ChaCha8Rng, count: usize) -> Vec<Vec<f64>> {
+    let size = 10f64.powf(rng.random_range(-1.5..0.5));
+    let rows: Vec<Vec<f64>> = (0..rng.random_range(1..=count))
+        .map(|_| (0..count).map(|_| rng.random_range(-size..size)).collect())
+        .collect();
+    let sum = |i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum();
+    (0..count).map(|i| (0..count).map(|j| sum(i, j)).collect()).collect()
+}
+
 #[test]
 fn no_contact_of_a_structure_is_missed_or_invented() {
-    let flights = draws(600, 20_000);
-    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    audit(11, draws(600, 20_000), false);
+}
+
+#[test]
+fn no_contact_of_a_structure_with_coupled_modes_is_missed_or_invented() {
+    audit(12, draws(600, 20_000), true);
+}
+
+fn audit(seed: u64, flights: usize, coupled: bool) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut outcomes = [0; Outcome::ALL.len()];
     let (mut contacts, mut grazes, mut worst) = (0, 0, 0.0f64);
     for _ in 0..flights {
-        let case = draw(&mut rng);
+        let case = draw(&mut rng, coupled);
         let structure = case.structure();
         let span = StructureMotion::new(&structure).span();
         let judge = Judge::new(Exact::new(&case, span), level(&case, &structure, span), span);

@@ -65,6 +65,11 @@ if TYPE_CHECKING:
     from .run_in_si import RunInSI
     from .single_impact import MotionMap, PeriodicMotions, Undecided, periodic_motions
     from .single_impact.motion_map import motion_map
+    from .stop import Stop
+    from .structure import Structure
+    from .structure_motion import StructureOrbit, StructureSpectrum
+    from .structure_run import StructureRun as StructureRun
+    from .structure_run_parts import StructureState as StructureState
     from .sweeps import (
         Attractor,
         Basins,
@@ -81,6 +86,7 @@ if TYPE_CHECKING:
 
     # mypy takes these for the modules of their names where they come from the package.
     from .sweeps.basins import basins
+    from .sweeps.structure_diagram_results import StructureDiagram
     from .sweeps.sweep import sweep
     from .verification import Disagreement, Verification, verify
 else:
@@ -100,6 +106,12 @@ else:
         "single_impact": """
             MotionMap PeriodicMotions Undecided motion_map periodic_motions
         """,
+        "stop": "Stop",
+        "structure": "Structure",
+        "structure_motion": "StructureOrbit StructureSpectrum",
+        "structure_run": "StructureRun",
+        "sweeps.structure_diagram_results": "StructureDiagram",
+        "structure_run_parts": "StructureState",
         "sweeps": """
             Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
             basins bifurcation_diagram chart lyapunov_spectrum sweep
@@ -166,6 +178,13 @@ __all__ = [
     "SimulationError",
     "StabilityRegion",
     "StateError",
+    "Stop",
+    "Structure",
+    "StructureDiagram",
+    "StructureOrbit",
+    "StructureRun",
+    "StructureSpectrum",
+    "StructureState",
     "Sweep",
     "System",
     "Table",

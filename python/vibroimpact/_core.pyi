@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
-from typing import ClassVar, Self, TypeAlias, final
+from typing import Any, ClassVar, Self, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ __all__ = [
     "OUTCOME_DTYPE",
     "PARAMETERS",
     "RELATIVE_ERROR",
+    "SIMULTANEOUS",
     "STATUS_NAMES",
     "UNREDUCED",
     "Arrivals",
@@ -43,6 +44,9 @@ __all__ = [
     "Regime",
     "Run",
     "Spectrum",
+    "Stop",
+    "Structure",
+    "StructureRun",
     "Sweep",
     "System",
     "Systems",
@@ -76,6 +80,7 @@ MOST_TURNED: float
 CONTACTS: tuple[str, ...]
 LAWS: tuple[str, ...]
 COULOMB_LAWS: tuple[str, ...]
+SIMULTANEOUS: tuple[str, ...]
 IMPACT_DTYPE: np.dtype[np.void]
 EVENT_DTYPE: np.dtype[np.void]
 GRAZE_DTYPE: np.dtype[np.void]
@@ -310,6 +315,143 @@ class WhyUndecided(StrEnum):
     NOT_MEASURABLE = "not_measurable"
     GROWTH_UNCLEAR = "growth_unclear"
     INTERRUPTED = "interrupted"
+
+@final
+class Stop:
+    """A stop, with all checked that does not depend on its structure."""
+
+    def __new__(
+        cls,
+        normal: NDArray[np.float64],
+        gap: float,
+        restitution: float,
+        *,
+        friction: float,
+        tangent: NDArray[np.float64] | None,
+        amplitude: float,
+        phase: float,
+    ) -> Self: ...
+
+@final
+class Structure:
+    """A validated structure; raises ParameterError naming the parameter, its value and range."""
+
+    def __new__(
+        cls,
+        mass: NDArray[np.float64],
+        stiffness: NDArray[np.float64],
+        stops: Sequence[Stop],
+        *,
+        damping: NDArray[np.float64] | None,
+        damping_ratios: NDArray[np.float64] | None,
+        static_load: NDArray[np.float64],
+        drive_amplitude: NDArray[np.complex128],
+        drive_frequency: float,
+        phase: float,
+        law: str,
+        simultaneous: str,
+    ) -> Self: ...
+    @property
+    def frequencies(self) -> NDArray[np.float64]:
+        """Natural frequencies, ascending."""
+
+    @property
+    def shapes(self) -> NDArray[np.float64]:
+        """Mode shapes (N, N), that of mode i in column i."""
+
+    @property
+    def drive_period(self) -> float:
+        """2 pi / drive_frequency; infinite for drive_frequency = 0."""
+
+@final
+class StructureRun:
+    """Result of a simulation of a structure, in the coordinates of its compiled form."""
+
+    @property
+    def impacts(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept impacts."""
+
+    @property
+    def grazes(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept grazes."""
+
+    @property
+    def contacts(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept events of lasting contact."""
+
+    @property
+    def events(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept events."""
+
+    @property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """Kept sections, (k, 2, N)."""
+
+    @property
+    def final_state(self) -> dict[str, Any]:
+        """Time, period, time in the period, mode, q, v, and which stops are closed, at the end."""
+
+    @property
+    def time_in_contact(self) -> float:
+        """Time in contact within the kept window."""
+
+    @property
+    def stop_reason(self) -> str:
+        """Why it ended."""
+
+    @property
+    def stop_detail(self) -> str:
+        """A sentence on how the run ended."""
+
+    @property
+    def kept_from(self) -> float:
+        """Start of the kept window (time)."""
+
+    @property
+    def impact_count(self) -> int:
+        """Impacts since t = 0, kept or not."""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended it."""
+
+    def to_json(self) -> str:
+        """Everything but structure and arrays, as JSON with exact numbers."""
+
+    @staticmethod
+    def from_parts(
+        structure: Structure,
+        text: str,
+        impacts: dict[str, NDArray[Any]],
+        stroboscopic: NDArray[np.float64],
+        events: dict[str, NDArray[Any]],
+        grazes: dict[str, NDArray[Any]],
+        contacts: dict[str, NDArray[Any]],
+    ) -> StructureRun:
+        """A run from its structure, the text of ``to_json`` and the arrays."""
+
+    def period(self) -> PeriodReport:
+        """Period, impact count and label."""
+
+    def trajectory(
+        self, t: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
+        """States (k, 2, N), forces (k, stops, 2), and whether Ctrl-C ended it with fewer rows."""
+
+    def bounces(
+        self, slowest: float, most: int
+    ) -> tuple[dict[str, NDArray[Any]], NDArray[np.bool_], list[BouncesEnd], bool]:
+        """Impacts of the kept window and those skipped in it, as Run has them."""
+
+    def resume(
+        self,
+        *,
+        periods: int | None = None,
+        time: float | None = None,
+        keep: int | None = None,
+        max_events: int | None = None,
+    ) -> Self:
+        """Continue for further periods or time."""
 
 @final
 class Systems:
@@ -693,6 +835,108 @@ def simulate(
     progress: Callable[[int], object] | None = None,
 ) -> Run:
     """One run; ``progress`` gets the millionths of its time that are done."""
+
+def simulate_structure(
+    structure: Structure,
+    initials: NDArray[np.float64],
+    *,
+    periods: int | None = None,
+    time: float | None = None,
+    keep: int | None = None,
+    max_events: int = ...,
+    chatter_tolerance: float = ...,
+    section_phase: float = 0.0,
+    workers: int | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> tuple[list[StructureRun], bool, str | None]:
+    """One run per start (k, 2, N), whether Ctrl-C ended the work, and the first failure."""
+
+@final
+class StructureOrbit:
+    """A periodic motion of a structure."""
+
+    @property
+    def state(self) -> NDArray[np.float64]:
+        """(2, N): q and v at the start of a drive period."""
+
+    @property
+    def periods(self) -> int:
+        """Its length in drive periods."""
+
+    @property
+    def residual(self) -> float:
+        """Largest difference of its end from its start."""
+
+    @property
+    def derivative(self) -> NDArray[np.float64]:
+        """Derivative of the return map, (2N, 2N)."""
+
+    @property
+    def multipliers(self) -> list[tuple[float, float]]:
+        """Its eigenvalues, real and imaginary parts, by descending modulus."""
+
+    @property
+    def bound(self) -> float:
+        """Rounding of their moduli."""
+
+    @property
+    def stability(self) -> str:
+        """Stable, unstable or undecided."""
+
+    @property
+    def impacts(self) -> list[int]:
+        """Impacts of an orbit at each stop."""
+
+def structure_motion(run: StructureRun, periods: int) -> tuple[StructureOrbit | None, str | None]:
+    """The periodic motion of so many drive periods on which a run has settled; or why not."""
+
+@final
+class StructureSpectrum:
+    """Lyapunov exponents of a motion of a structure."""
+
+    @property
+    def exponents(self) -> NDArray[np.float64]:
+        """Per unit time, descending."""
+
+    @property
+    def errors(self) -> NDArray[np.float64]:
+        """Their standard errors."""
+
+    @property
+    def time(self) -> float:
+        """Time measured over."""
+
+    @property
+    def impacts(self) -> list[int]:
+        """Impacts in it at each stop."""
+
+    @property
+    def error(self) -> str | None:
+        """Why the measurement ended early; None if it did not."""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended it."""
+
+def structure_spectrum(
+    run: StructureRun, steps: int, count: int, step: float | None = None
+) -> StructureSpectrum:
+    """The largest ``count`` exponents of the motion from the end of a run on."""
+
+def structure_sweep(
+    structures: Sequence[Structure],
+    initial: NDArray[np.float64],
+    *,
+    periods: int,
+    keep: int,
+    start: str = "fresh",
+    max_events: int = ...,
+    chatter_tolerance: float = ...,
+    section_phase: float = 0.0,
+    workers: int | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> tuple[list[tuple[int, StructureRun | None, PeriodReport | None]], bool]:
+    """Of each point its status in STATUS_NAMES, run and report; and whether Ctrl-C ended it."""
 
 def simulate_many(
     system: System,

@@ -144,7 +144,8 @@ _OTHER_NAMES: dict[str, tuple[str, ...]] = {
     **{"f10": ("moment_amplitude",), "f20": ("force_amplitude",), "Delta": ("gap",)},
     **{"C10": ("static_moment",), "F20": ("static_force",)},
     **{"Omega": ("drive_frequency",), "frequency": ("drive_frequency",), "e": ("restitution",)},
-    **dict.fromkeys(("zeta", "zetas"), ("damping", "pendulum_damping")),
+    **{"M": ("mass",), "K": ("stiffness",), "C": ("damping",), "F": ("drive_amplitude",)},
+    **dict.fromkeys(("zeta", "zetas"), ("damping_ratios", "damping", "pendulum_damping")),
     **dict.fromkeys(("x0", "y0", "X0", "state", "start", "initial_state", "ic"), ("initial",)),
     **dict.fromkeys(("duration", "t_end", "tmax", "t_max", "T"), ("time", "periods")),
     **dict.fromkeys(("cycles", "n_periods", "steps"), ("periods",)),
@@ -369,6 +370,24 @@ def state(initial: Any) -> tuple[float, float, float, float]:
     return x1, v1, x2, v2
 
 
+def starts(initial: Any, count: int) -> NDArray[np.float64]:
+    """Return starts of a structure with ``count`` coordinates as float64 (k, 2, count), finite."""
+    wanted = f"rows q and v of shape (2, {count}), or (k, 2, {count}) for several"
+    array = array_of("initial", initial, wanted, error=StateError)
+    if array.ndim not in (2, 3) or array.shape[-2:] != (2, count):
+        shown = f"initial of shape {array.shape}" if array.ndim else f"initial = {initial!r}"
+        raise StateError(f"{shown} is not allowed; allowed: {wanted}")
+    if array.dtype.kind not in "iuf":
+        raise StateError(f"initial of type {array.dtype} is not allowed; allowed: real numbers")
+    result = as_floats(array)
+    finite = np.isfinite(result)
+    if not finite.all():
+        place = tuple(int(i) for i in np.argwhere(~finite)[0])
+        where = f"initial[{', '.join(map(str, place))}]"
+        raise StateError(f"{where} = {result[place]} is not allowed; allowed: finite numbers")
+    return result.reshape(-1, 2, count)
+
+
 def axis(name: str, values: Any) -> NDArray[np.float64]:
     """Return the values of an axis of a grid: a ``vector`` of at least one."""
     result = vector(name, values)
@@ -385,18 +404,74 @@ def times_of(name: str, values: Any) -> tuple[NDArray[np.float64], bool]:
     return vector(name, values), False
 
 
-def vector(name: str, values: Any) -> NDArray[np.float64]:
-    """Return ``values`` as a one-dimensional float64 array of finite numbers."""
+def vector(name: str, values: Any, *, length: int | None = None) -> NDArray[np.float64]:
+    """Return ``values`` as a one-dimensional float64 array of finite numbers, so many if told."""
     array = array_of(name, values, "a one-dimensional array of finite numbers")
     if array.ndim != 1:
         got = "" if array.ndim else f", got {values!r}"
         raise ParameterError(
             f"{name} of shape {array.shape} is not allowed; allowed: one dimension{got}"
         )
+    _check_shape(name, array, length)
     if array.dtype.kind not in "iuf" and array.size > 0:
         raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
     result = as_floats(array)
-    if not np.isfinite(result).all():
-        index = int(np.argmin(np.isfinite(result)))
-        reject(f"{name}[{index}]", float(result[index]), "a finite number")
+    _check_finite(name, result)
     return result
+
+
+def complex_vector(
+    name: str, values: Any, *, length: int
+) -> NDArray[np.float64] | NDArray[np.complex128]:
+    """Return a vector of real or complex numbers; as float64 where all imaginary parts are 0."""
+    array = array_of(name, values, "a one-dimensional array of finite numbers, real or complex")
+    if array.dtype.kind != "c":
+        return vector(name, values, length=length)
+    _check_shape(name, array, length)
+    real, imaginary = as_floats(array.real), as_floats(array.imag)
+    if not imaginary.any():
+        _check_finite(name, real)
+        return real
+    result = np.empty(length, np.complex128)
+    result.real, result.imag = real, imaginary
+    _check_finite(name, result)
+    return result
+
+
+def matrix(
+    name: str, values: Any, *, rows: int | None = None, columns: int | None = None
+) -> NDArray[np.float64]:
+    """Return ``values`` as a matrix of finite numbers; square where no numbers are told."""
+    array = array_of(name, values, "a matrix of finite numbers")
+    sides = ["n >= 1" if side is None else str(side) for side in (rows, columns)]
+    wanted = f"({', '.join(sides)})"
+    fits = array.ndim == 2 and array.size > 0
+    if fits and rows is None and columns is None:
+        fits = array.shape[0] == array.shape[1]
+    elif fits:
+        fits = rows in (None, array.shape[0]) and columns in (None, array.shape[1])
+    if not fits:
+        got = "" if array.ndim else f", got {values!r}"
+        raise ParameterError(
+            f"{name} of shape {array.shape} is not allowed; allowed: shape {wanted}{got}"
+        )
+    if array.dtype.kind not in "iuf":
+        raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
+    result = as_floats(array)
+    _check_finite(name, result)
+    return result
+
+
+def _check_shape(name: str, array: NDArray[Any], length: int | None) -> None:
+    if array.ndim != 1 or length not in (None, len(array)):
+        got = "" if array.ndim else f", got {array[()]!r}"
+        raise ParameterError(
+            f"{name} of shape {array.shape} is not allowed; allowed: shape ({length},){got}"
+        )
+
+
+def _check_finite(name: str, array: NDArray[Any]) -> None:
+    finite = np.isfinite(array)
+    if not finite.all():
+        place = tuple(int(i) for i in np.argwhere(~finite)[0])
+        reject(f"{name}[{', '.join(map(str, place))}]", array[place].item(), "a finite number")

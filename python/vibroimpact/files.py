@@ -9,11 +9,12 @@ from .orbits import Branch, PeriodicMotion
 from .orbits.branch_files import branch_from_parts
 from .orbits.files import motion_from_parts
 from .run import Run
+from .structure_run import StructureRun
 from .sweeps import RESULTS, Basins, GridResult, LyapunovSpectrum, open_columns
 from .sweeps.basins.files import basins_from_parts
 from .sweeps.merge import is_refined, open_levels
 
-Saved = Run | GridResult | Basins | PeriodicMotion | Branch | LyapunovSpectrum
+Saved = Run | StructureRun | GridResult | Basins | PeriodicMotion | Branch | LyapunovSpectrum
 
 
 @interruptible
@@ -49,6 +50,7 @@ def load(path: str | os.PathLike[str]) -> Saved:
         "branch": branch_from_parts,
         "motion": motion_from_parts,
         "spectrum": LyapunovSpectrum._from_parts,
+        "structure_run": StructureRun._from_parts,
     }
     builders |= {kind: result._from_parts for kind, result in RESULTS.items()}
     return archive.read(path, builders)

@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 
 Contact = Literal["oblique", "direct"]
 Law = Literal["poisson", "newton", "energetic", "paper"]
+CoulombLaw = Literal["poisson", "newton", "energetic"]
+Simultaneous = Literal["stop", "sequence", "together"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -88,6 +90,40 @@ class Changes(TypedDict, total=False):
     damping: tuple[float, float]
     scales: Any
     units: Any
+
+
+class StopChanges(TypedDict, total=False):
+    """Fields of Stop, as `Stop.replace` takes them."""
+
+    normal: ArrayLike
+    gap: float
+    restitution: float
+    friction: float
+    tangent: ArrayLike | None
+    amplitude: float
+    phase: float
+
+
+class StructureChanges(TypedDict, total=False):
+    """Fields of Structure, and numbers of all its stops, as `Structure.replace` takes them."""
+
+    mass: ArrayLike
+    stiffness: ArrayLike
+    frequencies: ArrayLike
+    shapes: ArrayLike
+    modal_mass: ArrayLike
+    stops: Any
+    damping: ArrayLike | None
+    damping_ratios: ArrayLike | None
+    static_load: ArrayLike
+    drive_amplitude: ArrayLike
+    drive_frequency: float
+    phase: float
+    law: CoulombLaw
+    simultaneous: Simultaneous
+    gap: float
+    restitution: float
+    friction: float
 
 
 def completing(names: type) -> Callable[[Function], Function]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, fields
 
+from . import _core
 from ._core import EvidenceKind, WhyUndecided
 from .interruption import interruptible
 
@@ -89,3 +91,16 @@ class PeriodReport:
     residual: float
     evidence: Evidence
     label: str
+
+
+def as_period_report(core: _core.PeriodReport) -> PeriodReport:
+    """Return what the compiled core says of a motion."""
+    evidence = {each.name: getattr(core, each.name) for each in fields(Evidence)}
+    n = core.n
+    return PeriodReport(
+        m=core.m,
+        n=int(n) if n is not None and math.isfinite(n) else n,
+        residual=core.residual,
+        evidence=Evidence(**evidence),
+        label=core.label,
+    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from . import _core
 from .errors import Interrupted
 from .interruption import interruptible
-from .period_report import Evidence, PeriodReport
+from .period_report import PeriodReport, as_period_report
 from .run_parts import FinalState, read_only
 from .showing import Facts, Shown
 from .system import System
@@ -107,7 +106,7 @@ class RunRecord(Shown):
     @cached_property
     def final_state(self) -> FinalState:
         """The state at the end."""
-        return FinalState(**_attributes(FinalState, self._core.final_state))
+        return FinalState(**_attributes(self._core.final_state))
 
     @property
     def stop_reason(self) -> str:
@@ -149,14 +148,7 @@ class RunRecord(Shown):
         core = self._core.period()
         if core.interrupted:
             raise Interrupted("interrupted while the period was looked for", self)
-        n = core.n
-        return PeriodReport(
-            m=core.m,
-            n=int(n) if n is not None and math.isfinite(n) else n,
-            residual=core.residual,
-            evidence=Evidence(**_attributes(Evidence, core)),
-            label=core.label,
-        )
+        return as_period_report(core)
 
     @property
     def label(self) -> str:
@@ -235,5 +227,5 @@ def _numbers(state: tuple[float, ...]) -> str:
     return f"({', '.join(f'{value:.6g}' for value in state)})"
 
 
-def _attributes(cls: type[FinalState | Evidence], source: object) -> dict[str, Any]:
-    return {field.name: getattr(source, field.name) for field in dataclasses.fields(cls)}
+def _attributes(source: object) -> dict[str, Any]:
+    return {field.name: getattr(source, field.name) for field in dataclasses.fields(FinalState)}

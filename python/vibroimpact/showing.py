@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .arguments import meant_of_object
 from .interruption import interruptible
 from .verbs import verb
@@ -44,3 +47,14 @@ class Shown:
         """Return the table and the picture as HTML: no script, and nothing from elsewhere."""
         html: str = verb("html")(self, self._facts())
         return html
+
+
+# Numbers of an array in a table.
+_MOST_SHOWN = 8
+
+
+def in_a_line(numbers: NDArray[np.float64]) -> str:
+    """Return the first numbers of an array as a table tells them, and how many more there are."""
+    shown = ", ".join(f"{each:.6g}" for each in numbers[:_MOST_SHOWN])
+    more = len(numbers) - _MOST_SHOWN
+    return f"{shown} and {more} more" if more > 0 else shown

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import Any, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +27,10 @@ from .interruption import interruptible
 from .run import Run, raise_if_interrupted
 from .scales import Units, chosen
 from .system import System
+
+if TYPE_CHECKING:
+    from .structure import Structure
+    from .structure_run import StructureRun
 
 # Gets how much is done.
 _Tell: TypeAlias = Callable[[int], None]
@@ -68,6 +72,23 @@ def simulate(
 
 @overload
 def simulate(
+    system: Structure,
+    *,
+    initial: ArrayLike,
+    periods: int | None = ...,
+    time: float | None = ...,
+    keep: int | None = ...,
+    max_events: int | None = ...,
+    chatter_tolerance: float = ...,
+    section_phase: float = ...,
+    progress: bool = ...,
+    units: None = ...,
+    workers: int | None = ...,
+) -> Any: ...
+
+
+@overload
+def simulate(
     system: System,
     *,
     initial: NDArray[Any],
@@ -85,7 +106,7 @@ def simulate(
 
 @interruptible
 def simulate(
-    system: System,
+    system: System | Structure,
     *,
     initial: ArrayLike,
     periods: int | None = None,
@@ -97,7 +118,7 @@ def simulate(
     progress: bool = False,
     units: Units | None = None,
     workers: int | None = None,
-) -> Run | list[Run]:
+) -> Run | StructureRun | list[Run] | list[StructureRun]:
     """Simulate the motion from one initial state, or from several.
 
     Every flight is exact and every contact is found (theory page, sections 2 and 3). Complete
@@ -107,9 +128,10 @@ def simulate(
     Parameters
     ----------
     system
-        The parameters.
+        The System, or a Structure.
     initial
-        (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs. A start on the contact (g = 0
+        (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs. Of a structure the rows q and
+        v, shape (2, N) or (k, 2, N). A start on the contact (g = 0
         to rounding) begins with an impact, a flight or sustained contact, depending on velocities
         and forces.
     periods
@@ -127,16 +149,14 @@ def simulate(
         exact, and sustained contact is integrated to rounding.
     section_phase
         Drive phase of the stroboscopic section, relative to that of the start, in radians.
-    if scales is not None:
-        start = states(scales.from_si(start))
-    workers = threads(workers)
     workers
         Threads for several initial states; default all cores. The results do not depend on it.
 
     Returns
     -------
-    Run or list of Run
-        For ``initial`` of shape (4,) or (k, 4). Runs that ended early say so in ``stop_reason``.
+    Run or list of Run; of a structure StructureRun or list of them
+        For ``initial`` of shape (4,) or (k, 4), (2, N) or (k, 2, N). Runs that ended early say so
+        in ``stop_reason``.
 
     Raises
     ------
@@ -164,8 +184,24 @@ def simulate(
     >>> [run.label for run in runs]
     ['1-1', '1-1']
     """
+    options: dict[str, Any] = {
+        "chatter_tolerance": positive("chatter_tolerance", chatter_tolerance),
+        "section_phase": number("section_phase", section_phase),
+    }
+    cap = optional_count("max_events", max_events, least=1)
+    if cap is not None:
+        options["max_events"] = cap
+    shown = flag("progress", progress)
     if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
+        from .structure import Structure  # here, to keep the import of the package light
+
+        if not isinstance(system, Structure):
+            reject("system", system, "a vibroimpact.System or a vibroimpact.Structure")
+        if units is not None:
+            reject("units", units, "None: a structure has no scales")
+        span = horizon(system.drive_frequency, periods=periods, time=time, keep=keep)
+        options |= {"periods": span.periods, "time": span.time, "keep": span.keep}
+        return _structure_runs(system, initial, span, options, threads(workers), shown)
     scales = chosen(units, system.scales)
     if scales is not None and time is not None:
         time = positive("time", time) / scales.time
@@ -174,18 +210,7 @@ def simulate(
     workers = threads(workers)
     if scales is not None:
         start = states(scales.from_si(start))
-    options: dict[str, Any] = {
-        "periods": span.periods,
-        "time": span.time,
-        "keep": span.keep,
-        "chatter_tolerance": positive("chatter_tolerance", chatter_tolerance),
-        "section_phase": number("section_phase", section_phase),
-    }
-    cap = optional_count("max_events", max_events, least=1)
-    if cap is not None:
-        options["max_events"] = cap
-
-    shown = flag("progress", progress)
+    options |= {"periods": span.periods, "time": span.time, "keep": span.keep}
     if start.ndim == 1:
         try:
             with _bar_of_run(span, shown) as tell:
@@ -196,7 +221,7 @@ def simulate(
         run = _wrap(core, system, start)
         raise_if_interrupted(run)
         return run
-    with _bar("runs", len(start), "run", shown) as tell:
+    with progress_bar("runs", len(start), "run", shown) as tell:
         cores, interrupted, failure = _core.simulate_many(
             system._compiled, start, workers=workers, progress=tell, **options
         )
@@ -209,14 +234,53 @@ def simulate(
     return runs
 
 
+def _structure_runs(
+    structure: Structure,
+    initial: ArrayLike,
+    span: Horizon,
+    options: dict[str, Any],
+    workers: int | None,
+    shown: bool,
+) -> StructureRun | list[StructureRun]:
+    from .structure_run import StructureRun
+
+    starts = structure._to_core(initial)
+    single = np.ndim(initial) == 2
+    physical = np.asarray(initial, dtype=float).reshape(-1, 2, structure.coordinates)
+    bar = _bar_of_run(span, shown) if single else progress_bar("runs", len(starts), "run", shown)
+    try:
+        with bar as tell:
+            cores, interrupted, failure = _core.simulate_structure(
+                structure._compiled, starts, workers=workers, progress=tell, **options
+            )
+    except SimulationError as error:
+        error.result = StructureRun(error.result, structure, physical[0])
+        raise
+    # After Ctrl-C there may be fewer runs than starts; they are the first ones.
+    pairs = zip(cores, physical, strict=False)
+    runs = [StructureRun(core, structure, start) for core, start in pairs]
+    if single:
+        if interrupted:
+            time = runs[0].final_state.time
+            raise Interrupted(f"interrupted at time {time:.6g}", runs[0], holds="the run so far")
+        return runs[0]
+    if interrupted:
+        raise Interrupted(
+            f"interrupted after {len(runs)} of {len(starts)} runs", runs, holds="them"
+        )
+    if failure is not None:
+        raise SimulationError(failure, runs, holds="all runs")
+    return runs
+
+
 def _bar_of_run(span: Horizon, shown: bool) -> AbstractContextManager[_Tell | None]:
     """Show how much of its length a run has done, of which the core tells the millionths."""
     if span.periods is not None:
-        return _bar("run", span.periods, "period", shown, scale=1e-6 * span.periods)
-    return _bar("run", 100, "%", shown, scale=1e-4)
+        return progress_bar("run", span.periods, "period", shown, scale=1e-6 * span.periods)
+    return progress_bar("run", 100, "%", shown, scale=1e-4)
 
 
-def _bar(
+def progress_bar(
     name: str, total: int, unit: str, shown: bool, *, scale: float = 1.0
 ) -> AbstractContextManager[_Tell | None]:
     """Give what shows on a tqdm bar how much is done, or None where no bar is wanted."""

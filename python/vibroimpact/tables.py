@@ -6,7 +6,7 @@ that it has. `to_pandas` of every result goes through `frame`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +43,7 @@ class EventKind(IntEnum):
     STICK = 5
     RELEASE = 6
     STOP = 7
+    CLOSED = 8
 
 
 # The columns whose numbers have names, and those names.
@@ -140,6 +141,16 @@ def with_column(array: NDArray[Any], name: str, values: NDArray[Any], *, after: 
     return table(result)
 
 
+def of_columns(columns: Mapping[str, NDArray[Any]]) -> Table:
+    """Return columns, of one length, as a table; one of shape (k, n) has n numbers in each row."""
+    dtype = [(name, column.dtype, column.shape[1:]) for name, column in columns.items()]
+    count = len(next(iter(columns.values())))
+    result = np.empty(count, np.dtype(dtype))
+    for name, column in columns.items():
+        result[name] = column
+    return table(result)
+
+
 def frame(columns: Mapping[str, ArrayLike | Sequence[Any]]) -> pandas.DataFrame:
     """Return columns as a data frame of pandas; regimes and kinds of events by their names.
 
@@ -153,7 +164,16 @@ def frame(columns: Mapping[str, ArrayLike | Sequence[Any]]) -> pandas.DataFrame:
     except ImportError as error:
         needed = f"a data frame needs pandas: {install('pandas')}"
         raise ImportError(needed, name="pandas") from error
-    return pandas.DataFrame({name: _words(name, values) for name, values in columns.items()})
+    return pandas.DataFrame({name: _words(name, each) for name, each in _narrow(columns)})
+
+
+def _narrow(columns: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Give the columns; one of several numbers in a row as one for each: q_0, q_1, ..."""
+    for name, values in columns.items():
+        if np.ndim(values) == 2:
+            yield from ((f"{name}_{i}", part) for i, part in enumerate(np.transpose(values)))
+        else:
+            yield name, values
 
 
 def _words(name: str, values: Any) -> Any:

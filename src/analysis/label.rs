@@ -3,8 +3,8 @@
 //! certain.
 
 mod following;
-
-use std::f64::consts::{FRAC_PI_2, TAU};
+mod sections;
+mod structure;
 
 pub(crate) use self::following::Following;
 use crate::analysis::lyapunov::exponent_of_orbit;
@@ -13,14 +13,13 @@ use crate::analysis::period::{
 };
 use crate::analysis::return_map::{Beside, Orbit, orbit_beside};
 use crate::analysis::tolerances::{
-    AT_SECTION, CONVERGENCE_PERIODS, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS,
-    GROWTH_PER_RUN, GROWTH_STEP, LONG_GROWTH_PERIODS, LONG_PART, LONGEST_GROWTH, RATE_RTOL,
-    SETTLED_RESIDUAL,
+    EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS, GROWTH_PER_RUN, GROWTH_STEP,
+    LONG_GROWTH_PERIODS, LONG_PART, LONGEST_GROWTH, RATE_RTOL, SETTLED_RESIDUAL,
 };
 use crate::flight::Apart;
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::run::{Run, RunOptions};
-use crate::simulate::{Horizon, Job};
+use crate::simulate::Job;
+use crate::simulate::run::Run;
 
 /// The label of a run in the making: told from its sections, or from the motion after it, which is
 /// followed for as long as it takes.
@@ -254,27 +253,6 @@ impl Run {
         labelling
     }
 
-    /// Follows a motion that repeats or converges by further and further periods until `arrived`,
-    /// or for as long as a growth is measured.
-    fn followed(
-        &self,
-        mut report: PeriodReport,
-        mut later: Option<Run>,
-        arrived: impl Fn(&PeriodReport) -> bool,
-        cancel: &CancelToken,
-    ) -> (PeriodReport, Option<Run>) {
-        let (shortest, longest) = CONVERGENCE_PERIODS;
-        // A shorter window might not show a slow spiral that this one shows.
-        let mut periods = shortest.max(later.as_ref().unwrap_or(self).kept_periods());
-        while report.orbit.is_some() && !arrived(&report) && periods <= longest {
-            let run = later.as_ref().unwrap_or(self);
-            let Some(next) = run.later(periods, run.options.section_phase, cancel) else { break };
-            (report, later) = (next.0, Some(next.1));
-            periods *= 2;
-        }
-        (report, later)
-    }
-
     /// The period of a motion whose sections return or draw together, and the run that shows it;
     /// `None` if they only seemed to. They will return if Newton's method finds the orbit beside the
     /// motion. Where it has no start, perturbations of the motion must shrink as fast as the sections
@@ -324,38 +302,6 @@ impl Run {
             .is_some_and(|log| log.is_finite() && (rate.ln() - log).abs() <= RATE_RTOL * log.abs())
     }
 
-    /// The period from the sections alone. Where an impact falls on the section, rounding puts it
-    /// before or after, and the sections of a further stretch elsewhere tell more.
-    #[must_use]
-    pub fn section_report(&self, cancel: &CancelToken) -> PeriodReport {
-        self.judged_by_sections(cancel).0.unless(cancel)
-    }
-
-    fn judged_by_sections(&self, cancel: &CancelToken) -> (PeriodReport, Option<Run>) {
-        let report = self.return_report(cancel);
-        let simple = report.orbit.is_some_and(|(m, _)| m == 1);
-        let section = self.options.section_phase / self.system.drive_frequency();
-        if simple || !self.stop_reason.reached_the_end() || !self.strikes_at(section) {
-            return (report, None);
-        }
-        let elsewhere = (self.options.section_phase + FRAC_PI_2).rem_euclid(TAU);
-        match self.later(self.kept_periods(), elsewhere, cancel) {
-            Some((moved, later)) if moved.orbit.is_some() => {
-                (self.told_by(&later, moved), Some(later))
-            }
-            _ => (report, None),
-        }
-    }
-
-    /// Whether a kept impact falls on this time in the drive period, to rounding.
-    pub(crate) fn strikes_at(&self, time: f64) -> bool {
-        let period = self.system.drive_period();
-        self.impacts.iter().any(|impact| {
-            let after = (impact.time_in_period - time).rem_euclid(period);
-            after.min(period - after) < AT_SECTION * period
-        })
-    }
-
     /// The report on bodies that never meet again.
     fn apart_for_ever(&self, report: PeriodReport, apart: Apart) -> PeriodReport {
         match apart {
@@ -368,34 +314,5 @@ impl Run {
                     .decided(Kind::Periodic, Evidence::Converging { rate, further: 0 })
             }
         }
-    }
-
-    /// The report of a later run, as evidence for this one.
-    fn told_by(&self, later: &Run, report: PeriodReport) -> PeriodReport {
-        let by = later.final_state.clock.period - self.final_state.clock.period;
-        PeriodReport { evidence: report.evidence.later(by), ..report }
-    }
-
-    fn kept_periods(&self) -> u32 {
-        u32::try_from(self.stroboscopic.len()).unwrap_or(u32::MAX)
-    }
-
-    /// The report of the sections of so many further drive periods.
-    fn later(
-        &self,
-        periods: u32,
-        section_phase: f64,
-        cancel: &CancelToken,
-    ) -> Option<(PeriodReport, Run)> {
-        let end = self.final_state.clock.period + i64::from(periods);
-        let options = RunOptions {
-            horizon: Horizon::Periods(end),
-            keep: Some(i64::from(periods)),
-            max_events: self.options.max_events.saturating_mul(2),
-            section_phase,
-            ..self.options
-        };
-        let run = self.resume(options, cancel).ok()?;
-        run.stop_reason.reached_the_end().then(|| (run.return_report(cancel), run))
     }
 }

@@ -13,6 +13,7 @@ mod record;
 
 pub(crate) use self::orbit::{PerturbedMotion, exponent_of_orbit, largest_multiplier};
 pub(crate) use self::record::GrowthRecord;
+pub(super) use self::record::standard_error;
 use self::record::{Recorded, Step, end_of_step};
 use crate::analysis::tolerances::{
     ALIGNING_STEPS, MOST_CONTRACTION, MOST_CONTRACTION_STEPS, SHORTEST_MEASURED,

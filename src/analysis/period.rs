@@ -13,14 +13,15 @@ pub(crate) use evidence::GrowthVerdict;
 pub use evidence::{Evidence, EvidenceKind, Growth, WhyUndecided};
 pub use report::{ImpactCount, Kind, PeriodReport};
 
-use self::distances::{Approach, Bounds, approach, distance, is_within, may_approach};
+use self::distances::{Approach, Bounds, approach, distance, may_approach};
 use crate::analysis::tolerances::{
     COME_BACK, NEAREST_TRIED, REMAINING_PART, RETURN_RTOL, SECTION_NOISE, SHORT_PERIODS,
     SHORTEST_TAIL,
 };
+use crate::model::Point;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::EventKind;
-use crate::simulate::run::Run;
+use crate::simulate::run::{Recorded, Row, Run};
 
 /// Periods tried between two checks of the cancellation token: a millisecond with ten thousand
 /// sections, a tenth of a second with a million.
@@ -34,7 +35,7 @@ pub const CHATTERING: u32 = u32::MAX;
 pub(crate) fn comes_back(sections: &[[f64; 4]]) -> bool {
     let Some((last, before)) = sections.split_last() else { return false };
     let most = COME_BACK * last.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
-    before.iter().rev().take(sections.len() / 4).any(|section| is_within(section, last, most))
+    before.iter().rev().take(sections.len() / 4).any(|section| section.is_within(last, most))
 }
 
 /// Looks for a period in consecutive sections; `counts[k]` are the impacts in the drive period
@@ -42,14 +43,18 @@ pub(crate) fn comes_back(sections: &[[f64; 4]]) -> bool {
 /// early in the window may have settled late in it: if the whole window shows no return, its last
 /// half, quarter ... are tried. Nothing is found once `cancel` has ended it.
 #[must_use]
-pub fn detect_period(sections: &[[f64; 4]], counts: &[u32], cancel: &CancelToken) -> PeriodReport {
+pub fn detect_period<P: Point>(
+    sections: &[P],
+    counts: &[u32],
+    cancel: &CancelToken,
+) -> PeriodReport {
     detect(sections, counts, Tried::All, cancel)
 }
 
 /// As [`detect_period`], but of long periods only those are tried after which the last section comes
 /// nearest to where it was: of thousands of sections, all would take longer than the motion.
-pub(crate) fn detect_nearest(
-    sections: &[[f64; 4]],
+pub(crate) fn detect_nearest<P: Point>(
+    sections: &[P],
     counts: &[u32],
     cancel: &CancelToken,
 ) -> PeriodReport {
@@ -63,8 +68,8 @@ enum Tried {
     Nearest,
 }
 
-fn detect(
-    sections: &[[f64; 4]],
+fn detect<P: Point>(
+    sections: &[P],
     counts: &[u32],
     tried: Tried,
     cancel: &CancelToken,
@@ -84,7 +89,7 @@ fn detect(
 
 /// Distance of the last section from the one m periods before, above which a long period is not
 /// tried.
-fn nearest(sections: &[[f64; 4]], equal_counts: impl Fn(usize) -> bool) -> f64 {
+fn nearest<P: Point>(sections: &[P], equal_counts: impl Fn(usize) -> bool) -> f64 {
     let kept = sections.len();
     let long = SHORT_PERIODS + 1..=kept / 4;
     let mut distances: Vec<f64> = long
@@ -97,8 +102,8 @@ fn nearest(sections: &[[f64; 4]], equal_counts: impl Fn(usize) -> bool) -> f64 {
     *distances.select_nth_unstable_by(NEAREST_TRIED, f64::total_cmp).1
 }
 
-fn detect_in(
-    sections: &[[f64; 4]],
+fn detect_in<P: Point>(
+    sections: &[P],
     counts: &[u32],
     tried: Tried,
     cancel: &CancelToken,
@@ -113,11 +118,11 @@ fn detect_in(
     if kept < 4 || counts.len() != kept {
         return report;
     }
-    if !sections.as_flattened().iter().all(|x| x.is_finite()) {
+    if !sections.iter().all(Point::all_finite) {
         report.evidence = Evidence::undecided(WhyUndecided::NotFinite);
         return report;
     }
-    let whole = Bounds::of(sections.iter());
+    let Some(whole) = Bounds::of(sections.iter()) else { return report };
     let size = whole.size().max(f64::MIN_POSITIVE);
     // Values far from zero (a rotor after many turns) must not make a drift look small.
     let extent = whole.extent();
@@ -192,26 +197,26 @@ fn matching_counts(counts: &[u32]) -> Vec<usize> {
 
 /// Pairs X(k + m), X(k) of the last min(K - m, 3 m) sections, the last ones first, since they decide
 /// most often.
-fn last_pairs(sections: &[[f64; 4]], m: usize) -> impl Iterator<Item = (&[f64; 4], &[f64; 4])> {
+fn last_pairs<P>(sections: &[P], m: usize) -> impl Iterator<Item = (&P, &P)> {
     let kept = sections.len();
     let last = (kept - m).min(3 * m);
     (kept - m - last..kept - m).rev().map(move |k| (&sections[k + m], &sections[k]))
 }
 
-fn residual(sections: &[[f64; 4]], m: usize) -> f64 {
+fn residual<P: Point>(sections: &[P], m: usize) -> f64 {
     last_pairs(sections, m).map(|(a, b)| distance(a, b)).fold(0.0, f64::max)
 }
 
 /// Whether the residual of m is at most `most`; the first larger distance decides.
-fn returns(sections: &[[f64; 4]], m: usize, most: f64) -> bool {
-    last_pairs(sections, m).all(|(a, b)| is_within(a, b, most))
+fn returns<P: Point>(sections: &[P], m: usize, most: f64) -> bool {
+    last_pairs(sections, m).all(|(a, b)| a.is_within(b, most))
 }
 
-impl Run {
+impl<M: Recorded> Run<M> {
     /// The period from the kept sections alone, without following a nearby orbit.
     #[must_use]
     pub fn return_report(&self, cancel: &CancelToken) -> PeriodReport {
-        if self.system.drive_frequency() == 0.0 {
+        if self.system.own_drive().omega == 0.0 {
             return PeriodReport {
                 orbit: None,
                 residual: f64::NAN,
@@ -225,8 +230,8 @@ impl Run {
 
     /// The kept sections that end a whole interval, and the impacts in each, with those in the
     /// interval that has begun.
-    pub(crate) fn counted_sections(&self) -> (&[[f64; 4]], Vec<u32>) {
-        let shift = self.options.section_phase / self.system.drive_frequency();
+    pub(crate) fn counted_sections(&self) -> (&[M::Section], Vec<u32>) {
+        let shift = self.options.section_phase / self.system.own_drive().omega;
         let mut counts = vec![0u32; self.stroboscopic.len() + 1];
         // Section k lies at k T, or at (k - 1) T + shift; what happens at a section belongs to the
         // interval that ends there.
@@ -234,18 +239,20 @@ impl Run {
             let k = period + i64::from(shift > 0.0) + i64::from(time_in_period > shift);
             usize::try_from(k - self.first_section).ok()
         };
-        for impact in &self.impacts {
-            let row = row(impact.period, impact.time_in_period);
+        for event in &self.events {
+            let Ok(index) = usize::try_from(event.index) else { continue };
+            let impact = event.kind == EventKind::Impact as i64;
+            let chatter = event.kind == EventKind::Chatter as i64;
+            let time_in_period = if impact {
+                self.impacts.get(index).map(Row::time_in_period)
+            } else if chatter {
+                self.contacts.get(index).map(Row::time_in_period)
+            } else {
+                None
+            };
+            let row = time_in_period.and_then(|time| row(event.period, time));
             if let Some(count) = row.and_then(|row| counts.get_mut(row)) {
-                *count += 1;
-            }
-        }
-        for event in &self.contacts {
-            let row = row(event.period, event.time_in_period);
-            if let Some(count) = row.and_then(|row| counts.get_mut(row))
-                && event.kind == EventKind::Chatter as i64
-            {
-                *count = CHATTERING;
+                *count = if chatter { CHATTERING } else { count.saturating_add(1) };
             }
         }
         // A first interval that begins before the window: its count is not known.
@@ -265,7 +272,7 @@ mod tests {
     /// Orbits m and whether they return, as the definition says them: every m with all its
     /// sections.
     fn by_definition(sections: &[[f64; 4]], counts: &[u32]) -> Option<usize> {
-        let whole = Bounds::of(sections.iter());
+        let whole = Bounds::of(sections.iter())?;
         let (size, extent) = (whole.size().max(f64::MIN_POSITIVE), whole.extent());
         let negligible = (RETURN_RTOL * extent).max(SECTION_NOISE * size);
         let equal_counts = |m: usize| counts.windows(m + 1).all(|w| w[0] == w[m]);

@@ -22,7 +22,7 @@ use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::StopReason;
-use crate::simulate::run::{Run, RunError, RunOptions, run, run_together};
+use crate::simulate::run::{Run, RunError, RunOptions, Together, run, run_together};
 use crate::simulate::{Simulation, run_batch};
 
 /// Where each value of the parameter starts from.
@@ -167,7 +167,19 @@ impl PointStatus {
         "undecidable_graze",
         "law_failed",
         "unresolved",
+        "simultaneous",
+        "sequence_cap",
+        "several_frictional",
     ];
+
+    /// Of a run that ended so.
+    pub(crate) fn of(reason: StopReason, restarted: bool) -> Self {
+        match reason {
+            StopReason::Completed => Self::Completed { restarted },
+            StopReason::Interrupted => Self::Pending,
+            reason => Self::Stopped(reason),
+        }
+    }
 
     /// The name used in Python and in files.
     #[must_use]
@@ -233,12 +245,10 @@ impl SweepPoint {
         (period, exponents): (Option<PeriodReport>, [[f64; 2]; 4]),
     ) -> Self {
         let interrupted = period.is_some_and(|report| report.is_interrupted());
-        let status = match run.stop_reason {
-            StopReason::Completed if !interrupted => PointStatus::Completed { restarted },
-            StopReason::Interrupted => return Self::empty(PointStatus::Pending),
-            _ if interrupted => return Self::empty(PointStatus::Pending),
-            reason => PointStatus::Stopped(reason),
-        };
+        let status = PointStatus::of(run.stop_reason, restarted);
+        if interrupted || status == PointStatus::Pending {
+            return Self::empty(PointStatus::Pending);
+        }
         let mut point = Self {
             contact_fraction: run.time_in_contact() / (run.final_state.time - run.kept_from()),
             final_state: Some(run.final_state.state),
@@ -354,27 +364,30 @@ pub fn run_many(
     run_and_count(system, initials, options, workers, cancel, &AtomicUsize::new(0))
 }
 
+/// Runs, or why there is none, in the order of their starts.
+type Runs<M> = Vec<Result<Run<M>, RunError<M>>>;
+
 /// As [`run_many`]; counts in `count` the runs that have come to an end.
-pub(crate) fn run_and_count(
-    system: &System,
-    initials: &[State],
+pub(crate) fn run_and_count<M: Together>(
+    system: &M,
+    initials: &[M::State],
     options: RunOptions,
     workers: &Workers,
     cancel: &CancelToken,
     count: &AtomicUsize,
-) -> Result<Vec<Result<Run, RunError>>, RunError> {
+) -> Result<Runs<M>, RunError<M>> {
     options.check(system)?;
-    for (place, &initial) in initials.iter().enumerate() {
-        Simulation::new(system, initial)
+    for (place, initial) in initials.iter().enumerate() {
+        Simulation::new(system, initial.clone())
             .map_err(|error| StateError::OneOfSeveral { place, error: Box::new(error) })?;
     }
     let runs = workers.install(|| {
         side_by_side(initials.len(), &|next, done, in_hand| {
             let mut next = || {
                 let place = next().filter(|_| !cancel.is_cancelled())?;
-                Some((place, *system, initials[place]))
+                Some((place, system.clone(), initials[place].clone()))
             };
-            let mut counted = |place: usize, run: Result<Run, RunError>| {
+            let mut counted = |place: usize, run: Result<Run<M>, RunError<M>>| {
                 count.fetch_add(1, Relaxed);
                 done(place, run);
             };

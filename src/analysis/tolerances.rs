@@ -157,3 +157,17 @@ pub const NEAR_EVENT: f64 = 1e-9;
 
 /// A test function this close to zero is on its border.
 pub const ON_BORDER: f64 = 1e-12;
+
+/// A direction of which orthogonality leaves no more than this part is lost in rounding.
+pub const LOST_LENGTH: f64 = 1e-14;
+
+/// A periodic motion of a structure comes back to rounding: so many roundings of its state, times
+/// the derivative of its return map.
+pub const RESIDUAL_NOISE: f64 = 64.0;
+
+/// Rounding of a multiplier of a structure, in units of `EPS` times the number of multipliers and
+/// the size of the derivative.
+pub const MULTIPLIER_NOISE: f64 = 64.0;
+
+/// A smaller part of the largest singular value is 0 to rounding.
+pub const SINGULAR: f64 = 1e-14;

@@ -16,6 +16,7 @@
 //! carried to the limit is a list of numbers.
 
 use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
 
 use crate::contact::tolerances::{
     CHATTER_IMPACTS, CHATTER_NOISE, CHATTER_RATIO_RTOL, CHATTER_SAFETY, CHATTER_SPACING,
@@ -31,8 +32,33 @@ const MOST: usize = 8;
 /// Fewest, so that three orders can be compared and all mean something.
 const FEWEST: usize = 4;
 
+/// Numbers extrapolated at once: all that a chatter of two bodies has.
+const AT_ONCE: usize = 4;
+
 /// Numbers carried to the limit beside the time and the velocity of slip.
-const OTHERS: usize = 2;
+pub trait Others: Clone + PartialEq + std::fmt::Debug {
+    /// How many.
+    fn count(&self) -> usize;
+    /// One of them.
+    fn at(&self, place: usize) -> f64;
+    /// These, changed one by one.
+    #[must_use]
+    fn changed(&self, by: impl Fn(usize) -> f64) -> Self;
+}
+
+impl Others for [f64; 2] {
+    fn count(&self) -> usize {
+        2
+    }
+
+    fn at(&self, place: usize) -> f64 {
+        self[place]
+    }
+
+    fn changed(&self, by: impl Fn(usize) -> f64) -> Self {
+        [self[0] + by(0), self[1] + by(1)]
+    }
+}
 
 /// What tells sequences of different kinds apart: regime, direction of slip, side of h = 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -44,7 +70,7 @@ struct Character {
 
 /// What an impact leaves behind.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Bounce {
+pub struct Bounce<V = [f64; 2]> {
     pub regime: RegimeKind,
     /// u just after it, positive.
     pub separation: f64,
@@ -54,10 +80,10 @@ pub(crate) struct Bounce {
     /// Whether h > 0.
     pub upper: bool,
     /// What else is to be known in the limit.
-    pub others: [f64; OTHERS],
+    pub others: V,
 }
 
-impl Bounce {
+impl<V> Bounce<V> {
     fn character(&self) -> Character {
         let frictional = self.regime != RegimeKind::Frictionless;
         Character {
@@ -69,21 +95,48 @@ impl Bounce {
 }
 
 /// Memory of the last impacts.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub(crate) struct ChatterMonitor {
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ChatterMonitor<V = [f64; 2]> {
     /// Approach velocity of the last impact, 0 before the first.
     last: f64,
     ratio: f64,
     kept: u32,
-    /// Whether slip stopped during the last impact.
+    /// Whether slip stopped during the last impact, which it may have reversed, too: of bounces that
+    /// shrink it ends.
     pub stopped: bool,
+    /// Whether the last impact ended without slip.
+    #[serde(default)]
+    pub stuck: bool,
     character: Option<Character>,
-    samples: [Option<Bounce>; MOST],
+    samples: [Option<Bounce<V>>; MOST],
+    /// The contact of the last impact, where there are several.
+    #[serde(default, skip_serializing_if = "is_first")]
+    contact: u32,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's way
+fn is_first(contact: &u32) -> bool {
+    *contact == 0
+}
+
+impl<V> Default for ChatterMonitor<V> {
+    fn default() -> Self {
+        Self {
+            last: 0.0,
+            ratio: 0.0,
+            kept: 0,
+            stopped: false,
+            stuck: false,
+            character: None,
+            samples: [const { None }; MOST],
+            contact: 0,
+        }
+    }
 }
 
 /// What of the memory decides about the next impacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ChatterKey {
+pub struct ChatterKey {
     last: u64,
     ratio: u64,
     kept: u32,
@@ -92,19 +145,19 @@ pub(crate) struct ChatterKey {
 
 /// Where a chatter sequence accumulates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Limit {
+pub struct Limit<V = [f64; 2]> {
     /// Time from the last impact to the accumulation point.
     pub time: f64,
     /// w there, and the others.
     pub slip: f64,
-    pub others: [f64; OTHERS],
+    pub others: V,
     /// Ratio by which u shrinks.
     pub ratio: f64,
     /// Error of time and state, without rounding.
     pub error: f64,
 }
 
-impl Limit {
+impl<V> Limit<V> {
     /// Rounding of the limit, where coordinates have this size and the separation velocity is the
     /// difference of velocities of this `speed`: T = 2 u/(g''(1 - q)).
     pub fn rounding(&self, size: f64, speed: f64, second: f64) -> f64 {
@@ -112,7 +165,15 @@ impl Limit {
     }
 }
 
-impl ChatterMonitor {
+impl<V: Others> ChatterMonitor<V> {
+    /// The impact that is taken next is one of this contact: of another one than the last, it
+    /// begins anew.
+    pub fn at_contact(&mut self, contact: u32) {
+        if contact != self.contact {
+            *self = Self { contact, ..Self::default() };
+        }
+    }
+
     /// Takes an impact; returns whether enough of them have kept one ratio.
     #[inline]
     pub fn observe(&mut self, regime: RegimeKind, approach: f64, restitution: f64) -> bool {
@@ -124,9 +185,10 @@ impl ChatterMonitor {
             && (measured - predicted).abs() <= CHATTER_RATIO_RTOL * predicted;
         self.kept = if keeps { self.kept + 1 } else { 0 };
         if !keeps && self.samples[0].is_some() {
-            (self.character, self.samples) = (None, [None; MOST]);
+            (self.character, self.samples) = (None, [const { None }; MOST]);
         }
         self.stopped = !slides;
+        self.stuck = regime.sticks();
         self.ratio = if measured.is_finite() { measured } else { 0.0 };
         self.last = approach;
         self.kept >= CHATTER_IMPACTS
@@ -151,49 +213,64 @@ impl ChatterMonitor {
 
     /// Samples an impact of a sequence that keeps its ratio, and extrapolates to u = 0; `None`
     /// while there are too few samples.
-    pub fn extrapolate(&mut self, drive: &Drive, bounce: &Bounce) -> Option<Limit> {
+    pub fn extrapolate(&mut self, drive: &Drive, bounce: &Bounce<V>) -> Option<Limit<V>> {
         let (regime, character) = (bounce.regime, Some(bounce.character()));
         if matches!(regime, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution) {
             return None;
         }
         if character != self.character || self.kept == CHATTER_IMPACTS {
             self.character = character;
-            self.samples = [None; MOST];
+            self.samples = [const { None }; MOST];
         }
         let u = bounce.separation;
-        let spaced = self.samples[0].is_none_or(|newest| u <= CHATTER_SPACING * newest.separation);
+        let newest = self.samples[0].as_ref();
+        let spaced = newest.is_none_or(|newest| u <= CHATTER_SPACING * newest.separation);
         if !spaced || u <= 0.0 {
             return None;
         }
         self.samples.rotate_right(1);
-        self.samples[0] = Some(*bounce);
+        self.samples[0] = Some(bounce.clone());
         let count = self.samples.iter().flatten().count();
         if count < FEWEST {
             return None;
         }
         let mut nodes = [0.0; MOST];
-        let mut values = [[0.0; OTHERS + 2]; MOST];
-        for (i, sample) in self.samples.iter().flatten().enumerate() {
-            nodes[i] = sample.separation;
-            let time = drive.until(bounce.clock, sample.clock).value();
-            // Differences from the newest sample: their rounding is that of the state.
-            let [first, second] = [0, 1].map(|c| sample.others[c] - bounce.others[c]);
-            values[i] = [time, sample.slip - bounce.slip, first, second];
+        for (node, sample) in nodes.iter_mut().zip(self.samples.iter().flatten()) {
+            *node = sample.separation;
         }
-        let through = |count: usize| at_zero(&nodes[..count], values);
-        let (high, low, lower) = (through(count), through(count - 1), through(count - 2));
-        let difference = |a: &[f64; OTHERS + 2], b: &[f64; OTHERS + 2]| {
-            a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        // Differences from the newest sample: their rounding is that of the state.
+        let others = bounce.others.count();
+        let number = |sample: &Bounce<V>, place: usize| match place {
+            0 => drive.until(bounce.clock, sample.clock).value(),
+            1 => sample.slip - bounce.slip,
+            _ if place < 2 + others => sample.others.at(place - 2) - bounce.others.at(place - 2),
+            _ => 0.0,
         };
+        let mut limits = SmallVec::<[f64; AT_ONCE]>::new();
+        // The larger one of the last two differences between orders, of all numbers.
+        let mut difference = 0.0f64;
+        for first in (0..2 + others).step_by(AT_ONCE) {
+            let mut values = [[0.0; AT_ONCE]; MOST];
+            for (values, sample) in values.iter_mut().zip(self.samples.iter().flatten()) {
+                *values = std::array::from_fn(|c| number(sample, first + c));
+            }
+            let through = |count: usize| at_zero(&nodes[..count], values);
+            let (high, low, lower) = (through(count), through(count - 1), through(count - 2));
+            for c in 0..AT_ONCE {
+                let orders = (high[c] - low[c]).abs().max((low[c] - lower[c]).abs());
+                difference = difference.max(orders);
+            }
+            limits.extend_from_slice(&high);
+        }
+        let (time, slip) = (limits[0], limits[1]);
         let slides = matches!(regime, RegimeKind::Frictionless | RegimeKind::Slip);
-        let [time, slip, others @ ..] = high;
         let limit = Limit {
             time,
             // Slip that stopped during the impacts is at rest in the limit.
             slip: if slides { bounce.slip + slip } else { 0.0 },
-            others: [0, 1].map(|c| bounce.others[c] + others[c]),
+            others: bounce.others.changed(|i| limits[2 + i]),
             ratio: self.ratio,
-            error: CHATTER_SAFETY * difference(&high, &low).max(difference(&low, &lower)),
+            error: CHATTER_SAFETY * difference,
         };
         // Slip must go on to the end: w keeps its sign.
         let keeps = regime != RegimeKind::Slip

@@ -21,7 +21,6 @@ pub(crate) use stick::Stick;
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::tolerances::{PAINLEVE_LEVEL, REACH_LEVEL};
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::numerics::dual::Number;
 
@@ -138,33 +137,20 @@ pub(crate) fn no_force_fits<T: Number>(at: &ContactCoordinates<T>) -> Next {
     if at.is_against_wall() { Next::Jammed } else { Next::Painleve }
 }
 
-/// m + k b/h for slip in direction s; 0 where it is that to rounding, or less.
-fn slip_inertia(at: &ContactCoordinates<f64>, direction: f64) -> f64 {
-    let inertia = at.mobility + at.slip_rate(direction) * at.coupling;
-    if inertia <= painleve_level(at) { 0.0 } else { inertia }
-}
-
-/// The inertia below which slip meets a Painleve point.
-fn painleve_level(at: &ContactCoordinates<f64>) -> f64 {
-    let size = at.mobility + (at.coupling.abs() + at.grip()) * at.coupling.abs();
-    // Against a wall all terms vanish where the reach of the tip ends.
-    (PAINLEVE_LEVEL * size).max(if at.is_against_wall() { REACH_LEVEL } else { 0.0 })
-}
-
 impl ContactInstant {
     /// What the bodies do from here; `falls`: whether in this mode a contact force of 0 falls.
     pub fn land(&self, falls: impl FnOnce(ContactMode) -> bool) -> Next {
         let Self { contact, gap_noise, .. } = self;
         let (at, free) = (&contact.at, contact.gap_acceleration);
         let rubs = at.friction > 0.0 && at.scale != 0.0;
-        if rubs && at.slip != 0.0 && slip_inertia(at, at.slip.signum()) == 0.0 {
+        if rubs && at.slip != 0.0 && at.slip_inertia(at.slip.signum()) == 0.0 {
             // Pressed together no force fits; pulled apart, flight and contact do.
             return no_force_fits(at);
         }
         if free < -gap_noise {
             let ambiguous = rubs
                 && at.slip == 0.0
-                && slip_inertia(at, -at.coupling.signum()) == 0.0
+                && at.slip_inertia(-at.coupling.signum()) == 0.0
                 && self.sticks();
             return if ambiguous { no_force_fits(at) } else { Next::Separate };
         }
@@ -186,7 +172,7 @@ impl ContactInstant {
 
     fn slide(&self, direction: f64) -> Next {
         let at = &self.contact.at;
-        if slip_inertia(at, direction.signum()) == 0.0 {
+        if at.slip_inertia(direction.signum()) == 0.0 {
             return no_force_fits(at);
         }
         Next::Hold(ContactMode::slide(direction))

@@ -22,13 +22,10 @@ pub const CHATTER_SAFETY: f64 = 10.0;
 /// Rounding of the free gap acceleration in contact, in units of `EPS` times its terms.
 pub const FORCE_NOISE: f64 = 16.0;
 
-/// mbar + k cos x1 below this part of its terms counts as zero: a Painleve point. The contact
-/// force grows beyond all bounds there, and the steps of the integration shrink.
-pub const PAINLEVE_LEVEL: f64 = 1e-9;
-
-/// Against a wall (mbar = 0) k cos x1 below this counts as zero too: with |cos x1| = 1e-5 the wall
-/// drives the tip 1e5 times as fast as itself, to the end of its reach.
-pub const REACH_LEVEL: f64 = 1e-10;
+/// As [`FORCE_NOISE`], of the closed stops of a structure and of all orders, in norms of its modal
+/// accelerations. More than `flight::tolerances::LEADING_NOISE`: what a landing has decided, the
+/// leg that follows does not decide again.
+pub const CLOSED_NOISE: f64 = 64.0;
 
 /// Longest step of the contact phase, as an angle of the fastest of both bodies and the drive:
 /// what a series of order `hold::slide::ORDER` still sums to rounding.

@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 use super::{Equation, Flight, FreeMotion, Motion, Point, States};
 use crate::model::angle::Angle;
 use crate::model::parameters::{Contact, System};
-use crate::model::state::{Clock, State};
+use crate::model::state::{Clock, ModelState, State};
 use crate::model::tip::{Direct, Oblique, Tip};
 use crate::numerics::elementary::{self, MOST_TURNED};
 use crate::numerics::lanes::{self, LANES};

@@ -1,23 +1,21 @@
-//! Exact free motion of a linear structure, and the gaps of its stops (docs/structures.md): each mode
-//! is a scalar oscillator, and a gap is a sum of their motions and of the stop's own.
+//! Exact free motion of a linear structure, and the gaps of its stops (docs/structures.md). Where
+//! damping does not couple the modes each is a scalar oscillator (modal.rs), else all of them
+//! together are one linear equation (linear.rs).
 
-mod stop_gap;
+mod linear;
+mod modal;
 
-use std::sync::OnceLock;
-
-use super::drive::{Drive, Trig, Turn};
-use super::oscillator::{BodyFlight, FreeBody, Motion, Oscillator};
-use super::table::Response;
-use crate::flight::tolerances::CHUNK_TURNS;
+use super::drive::{Drive, Trig};
 use crate::model::state::Clock;
-use crate::model::structure::Structure;
+use crate::model::structure::{Coordinates, Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
-use crate::numerics::elementary;
-use crate::numerics::lanes::LANES;
-use crate::search::first_contact::{Found, Start, first_contact};
-use crate::search::steps::{LEVELS, Weights, sextic_remainder};
-use crate::search::tolerances::{SCAN_SPANS, SCAN_STEPS};
-use stop_gap::StopGap;
+use crate::search::first_contact::Start;
+use crate::search::gap::GapPoint;
+#[cfg(test)]
+pub(crate) use linear::draws;
+#[allow(unused_imports)] // sustained contact comes with the event loop
+pub(crate) use linear::{Closed, LegEvent, LinearFlight, LinearMotion, StopForce};
+use modal::{ModalFlight, ModalMotion};
 
 /// What a structure's flights have in common, worked out once.
 ///
@@ -46,24 +44,18 @@ use stop_gap::StopGap;
 pub struct StructureMotion {
     structure: Structure,
     drive: Drive,
-    modes: Vec<ModeMotion>,
     stops: Vec<StopMotion>,
-    span: f64,
-    /// Longest local time at which a contact is met.
-    reach: f64,
-    /// Whether the bounds of derivatives hold for all times.
-    steady: bool,
-    remainder_factor: f64,
-    tables: [OnceLock<Table>; LEVELS],
+    motion: Motions,
 }
 
+/// By modes, or together.
 #[derive(Debug, Clone)]
-struct ModeMotion {
-    oscillator: Oscillator,
-    /// The argument of its drive's complex amplitude.
-    ahead: Trig,
+enum Motions {
+    Modal(Box<ModalMotion>),
+    Linear(Box<LinearMotion>),
 }
 
+/// A stop's own part in its gap.
 #[derive(Debug, Clone)]
 struct StopMotion {
     /// n . phi of the modes.
@@ -73,22 +65,18 @@ struct StopMotion {
     drive: Drive,
 }
 
-/// Steps of one length of all modes.
-#[derive(Debug, Clone)]
-struct Table {
-    responses: Vec<Response>,
-    turns: [Turn; LANES],
-    weights: Weights,
-}
-
 /// A flight between contacts: it starts at some instant, and is evaluated at local times.
 #[derive(Debug, Clone)]
 pub struct StructureFlight {
     clock: Clock,
-    /// By mode; their phases at the start; and the phases of the stops.
-    modes: Vec<BodyFlight>,
-    phases: Vec<Trig>,
-    stops: Vec<Trig>,
+    flight: Flights,
+}
+
+#[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "flights by modes are usual, and take no memory")]
+enum Flights {
+    Modal(ModalFlight),
+    Linear(Box<LinearFlight>),
 }
 
 /// What a search for the first contact of a flight found.
@@ -115,6 +103,8 @@ pub enum StopContact {
     Resting {
         /// Which.
         stop: usize,
+        /// Local time.
+        time: f64,
     },
     /// No stop is met up to this local time.
     Clear(f64),
@@ -129,61 +119,18 @@ impl StructureMotion {
     /// The free motion of a structure.
     #[must_use]
     pub fn new(structure: &Structure) -> Self {
-        let omega = structure.drive_frequency();
-        let fastest =
-            structure.modes().iter().map(|mode| mode.frequency.value()).fold(omega, f64::max);
-        // Nothing turns: any length will do.
-        let fastest = if fastest > 0.0 { fastest } else { 1.0 };
-        let span = CHUNK_TURNS * std::f64::consts::TAU / fastest;
-        let longest = SCAN_STEPS * span;
-        let modes: Vec<ModeMotion> = structure
-            .modes()
-            .iter()
-            .map(|mode| {
-                let natural = mode.frequency.value();
-                let free = if natural == 0.0 && mode.decay_rate > 0.0 {
-                    FreeBody::on_damper(mode.decay_rate)
-                } else if natural == 0.0 {
-                    FreeBody::on_spring(DoubleDouble::ZERO, 0.0)
-                } else {
-                    FreeBody::on_spring(mode.frequency, mode.decay_rate / natural)
-                };
-                let size = mode.drive.norm();
-                let ahead = if size > 0.0 {
-                    Trig { cos: mode.drive.re / size, sin: mode.drive.im / size }
-                } else {
-                    Trig::ONE
-                };
-                // A load that stands still is real, whatever its phase.
-                let forcing = if omega > 0.0 { size } else { mode.drive.re };
-                let ahead = if omega > 0.0 { ahead } else { Trig::ONE };
-                let oscillator = Oscillator::under(free, forcing, mode.load, omega, longest);
-                ModeMotion { oscillator, ahead }
-            })
-            .collect();
-        let stops = structure
-            .stops()
-            .iter()
-            .enumerate()
-            .map(|(index, stop)| StopMotion {
-                row: structure.contact(index).modal_normal.clone(),
-                gap: stop.gap(),
-                amplitude: stop.amplitude(),
-                drive: Drive::new(omega, stop.phase()),
-            })
-            .collect();
-        let plain = modes.iter().all(|mode| mode.oscillator.swings_from().is_finite());
-        Self {
-            structure: structure.clone(),
-            drive: Drive::new(omega, structure.phase()),
-            steady: modes.iter().all(|mode| mode.oscillator.is_steady()),
-            modes,
-            stops,
-            span,
-            reach: if plain { SCAN_SPANS * span } else { span },
-            remainder_factor: sextic_remainder(longest / LANES as f64),
-            tables: std::array::from_fn(|_| OnceLock::new()),
-        }
+        let stops = stop_motions(structure);
+        let motion = if structure.couples_modes() {
+            let none = Closed::Frictionless(Vec::new());
+            let Some(linear) = LinearMotion::new(structure, none) else {
+                unreachable!("no force is asked for")
+            };
+            Motions::Linear(Box::new(linear))
+        } else {
+            Motions::Modal(Box::new(ModalMotion::new(structure, stops.clone())))
+        };
+        let drive = Drive::new(structure.drive_frequency(), structure.phase());
+        Self { structure: structure.clone(), drive, stops, motion }
     }
 
     /// The structure.
@@ -195,7 +142,10 @@ impl StructureMotion {
     /// Length of a local flight, up to which a contact is looked for at once.
     #[must_use]
     pub fn span(&self) -> f64 {
-        self.span
+        match &self.motion {
+            Motions::Modal(modal) => modal.span,
+            Motions::Linear(linear) => linear.span(),
+        }
     }
 
     /// The flight that starts at `clock` from coordinates q and velocities v, each (N,).
@@ -206,20 +156,11 @@ impl StructureMotion {
     pub fn flight(&self, clock: Clock, q: &[f64], v: &[f64]) -> StructureFlight {
         let count = self.structure.coordinates();
         assert!(q.len() == count && v.len() == count, "{count} coordinates and velocities");
-        let start = self.drive.trig_at(clock);
-        let phases: Vec<Trig> = self.modes.iter().map(|mode| start.turned_by(mode.ahead)).collect();
-        let modes = self
-            .structure
-            .modes()
-            .iter()
-            .zip(&self.modes)
-            .zip(&phases)
-            .map(|((mode, motion), &phase)| {
-                motion.oscillator.flight(dot(&mode.row, q), dot(&mode.row, v), phase)
-            })
-            .collect();
-        let stops = self.stops.iter().map(|stop| stop.drive.trig_at(clock)).collect();
-        StructureFlight { clock, modes, phases, stops }
+        let flight = match &self.motion {
+            Motions::Modal(modal) => Flights::Modal(modal.flight(&self.structure, clock, q, v)),
+            Motions::Linear(linear) => Flights::Linear(Box::new(linear.flight(clock, q, v))),
+        };
+        StructureFlight { clock, flight }
     }
 
     /// The clock at a local time of a flight.
@@ -229,6 +170,9 @@ impl StructureMotion {
     }
 
     /// Coordinates and velocities at any local time, `time + offset`.
+    ///
+    /// # Panics
+    /// If the flight is of another structure, with modes of another kind.
     #[must_use]
     pub fn state_after(
         &self,
@@ -236,21 +180,26 @@ impl StructureMotion {
         time: f64,
         offset: f64,
     ) -> (Vec<f64>, Vec<f64>) {
-        let elapsed = DoubleDouble::sum(time, offset);
-        let angle = elapsed.scale(self.drive.omega).reduced_angle();
-        let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
-        let count = self.structure.coordinates();
-        let (mut q, mut v) = (vec![0.0; count], vec![0.0; count]);
-        for (i, mode) in self.modes.iter().enumerate() {
-            let body = &flight.modes[i];
-            let turn = Turn::new(flight.phases[i], cos_minus_1, sin);
-            let (place, rate) = mode.oscillator.after(body, body.x, elapsed, &turn);
-            for (k, &shape) in self.structure.modes()[i].shape.iter().enumerate() {
-                q[k] += shape * place;
-                v[k] += shape * rate;
+        let StructureState { q, v } = self.state_at(flight, DoubleDouble::sum(time, offset));
+        (q.into_vec(), v.into_vec())
+    }
+
+    /// The same, as a state.
+    pub(crate) fn state_at(
+        &self,
+        flight: &StructureFlight,
+        elapsed: DoubleDouble,
+    ) -> StructureState {
+        match (&self.motion, &flight.flight) {
+            (Motions::Modal(modal), Flights::Modal(flight)) => {
+                modal.state_after(&self.structure, flight, elapsed)
             }
+            (Motions::Linear(linear), Flights::Linear(flight)) => {
+                let (q, v) = linear.state_after(flight, elapsed);
+                StructureState { q: Coordinates::from_vec(q), v: Coordinates::from_vec(v) }
+            }
+            _ => panic!("{OTHER}"),
         }
-        (q, v)
     }
 
     /// Gap of a stop and its rate, u, at a clock, coordinates and velocities.
@@ -258,12 +207,12 @@ impl StructureMotion {
     pub fn gap(&self, stop: usize, clock: Clock, q: &[f64], v: &[f64]) -> (f64, f64) {
         let StopMotion { gap, amplitude, drive, .. } = &self.stops[stop];
         let normal = self.structure.stops()[stop].normal();
-        let Trig { cos, sin } = drive.trig_at(clock);
+        let Trig { cos, sin } = self.stops[stop].trig_at(clock);
         (dot(normal, q) - gap - amplitude * cos, dot(normal, v) + amplitude * drive.omega * sin)
     }
 
-    /// The coordinates of a contact, whose gap is 0 to rounding, moved onto the stop so that rounding
-    /// does not add up.
+    /// The coordinates of a contact, whose gap is 0 to rounding, moved onto the stop so that
+    /// rounding does not add up.
     #[must_use]
     pub fn on_stop(&self, stop: usize, gap: f64, q: &[f64]) -> Vec<f64> {
         let rows = self.structure.contact(stop);
@@ -271,52 +220,72 @@ impl StructureMotion {
         q.iter().zip(&rows.by_normal).map(|(q, m)| q - part * m).collect()
     }
 
-    /// First contact of a flight within one span, among all stops. `starts`: how the flight starts at
-    /// some of them, as on the one that has just been struck; it is apart from the others.
+    /// The gap of a stop at the start of a flight, with its derivatives.
+    pub(crate) fn gap_at_start(&self, flight: &StructureFlight, stop: usize) -> GapPoint {
+        match (&self.motion, &flight.flight) {
+            (Motions::Modal(modal), Flights::Modal(flight)) => modal.gap_at_start(flight, stop),
+            (Motions::Linear(linear), Flights::Linear(flight)) => linear.gap_at_start(flight, stop),
+            _ => panic!("{OTHER}"),
+        }
+    }
+
+    /// First contact of a flight within one span, among all stops. `starts`: how the flight starts
+    /// at some of them, as on the one that has just been struck; it is apart from the others.
+    ///
+    /// # Panics
+    /// If the flight is of another structure, with modes of another kind.
     #[must_use]
     pub fn next_contact(&self, flight: &StructureFlight, starts: &[(usize, Start)]) -> StopContact {
-        let mut found = StopContact::Clear(self.span);
-        let mut left = self.span;
-        for stop in 0..self.stops.len() {
-            let start = starts.iter().find(|(of, _)| *of == stop);
-            let start = start.map_or(Start::Apart, |&(_, start)| start);
-            let gap = StopGap { motion: self, flight, index: stop, stop: &self.stops[stop] };
-            match first_contact(&gap, start, left).found {
-                Found::Contact(touch) if touch.local_time() <= left => {
-                    left = touch.local_time();
-                    found = StopContact::Met { stop, time: touch.time, offset: touch.offset };
+        match (&self.motion, &flight.flight) {
+            (Motions::Modal(modal), Flights::Modal(flight)) => modal.next_contact(flight, starts),
+            (Motions::Linear(linear), Flights::Linear(flight)) => {
+                match linear.next_event(flight, starts) {
+                    LegEvent::Met { stop, time, offset } => StopContact::Met { stop, time, offset },
+                    LegEvent::Grazed { stop, time } => StopContact::Grazed { stop, time },
+                    LegEvent::Resting { stop, time } => StopContact::Resting { stop, time },
+                    LegEvent::Clear(time) => StopContact::Clear(time),
+                    // No stop is closed: nothing else ends a free flight.
+                    LegEvent::Released { stop, .. } | LegEvent::Failed { stop } => {
+                        StopContact::Failed { stop }
+                    }
+                    LegEvent::SlipEnds { .. } | LegEvent::SlipBegins { .. } => {
+                        StopContact::Failed { stop: 0 }
+                    }
                 }
-                Found::Graze(touch) if touch.local_time() <= left => {
-                    left = touch.local_time();
-                    found = StopContact::Grazed { stop, time: touch.local_time() };
-                }
-                Found::Contact(_) | Found::Graze(_) | Found::Clear(_) => {}
-                Found::Resting(_) => return StopContact::Resting { stop },
-                Found::NotFinite | Found::Stalled => return StopContact::Failed { stop },
             }
+            _ => panic!("{OTHER}"),
         }
-        found
+    }
+}
+
+const OTHER: &str = "the flight is of another structure";
+
+fn stop_motions(structure: &Structure) -> Vec<StopMotion> {
+    let omega = structure.drive_frequency();
+    let of = |(index, stop): (usize, &crate::model::Stop)| StopMotion {
+        row: structure.contact(index).modal_normal.iter().map(|n| n.value()).collect(),
+        gap: stop.gap(),
+        amplitude: stop.amplitude(),
+        drive: Drive::new(omega, stop.phase()),
+    };
+    structure.stops().iter().enumerate().map(of).collect()
+}
+
+impl StopMotion {
+    /// Its phase at a clock; any, where it is at rest.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // in flights, which are compiled for several instruction sets
+    fn trig_at(&self, clock: Clock) -> Trig {
+        if self.amplitude == 0.0 { Trig::ONE } else { self.drive.trig_at(clock) }
     }
 
-    /// Motion of mode `i` at a local time within the span.
-    fn mode_at(&self, flight: &StructureFlight, i: usize, s: f64, (c1, sin): (f64, f64)) -> Motion {
-        let turn = Turn::new(flight.phases[i], c1, sin);
-        self.modes[i].oscillator.at(&flight.modes[i], s, &turn)
-    }
-
-    fn table(&self, level: usize) -> &Table {
-        self.tables[level].get_or_init(|| {
-            let step = self.step(level);
-            let times = std::array::from_fn(|j| step * (j + 1) as f64);
-            let turns = times.map(|s| self.drive.turned(Trig::ONE, s));
-            let responses =
-                self.modes.iter().map(|mode| Response::new(&mode.oscillator, &times, &turns));
-            Table { responses: responses.collect(), turns, weights: Weights::new(step) }
-        })
-    }
-
-    fn step(&self, level: usize) -> f64 {
-        SCAN_STEPS * self.span / (LANES << level) as f64
+    /// gap + A cos(omega t + phi_j) as a row over 1, tau, cos psi and sin psi of the drive.
+    fn place(&self, drive: &Drive) -> [DoubleDouble; 4] {
+        let (own, other) = (self.drive.trig_at(Clock::START), drive.trig_at(Clock::START));
+        let cos = own.cos * other.cos + own.sin * other.sin;
+        let sin = own.sin * other.cos - own.cos * other.sin;
+        let Self { gap, amplitude, .. } = self;
+        [*gap, 0.0, amplitude * cos, -amplitude * sin].map(DoubleDouble::new)
     }
 }
 

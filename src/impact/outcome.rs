@@ -142,7 +142,7 @@ impl ImpactOutcome {
 fn pre_impact(system: &System, x1: f64, v1: f64, v2: f64) -> Result<PreImpact, StateError> {
     for (name, value) in [("x1", x1), ("v1", v1), ("v2", v2)] {
         if !value.is_finite() {
-            return Err(StateError::NotFinite { name, value });
+            return Err(StateError::NotFinite { name: name.into(), value });
         }
     }
     let pre = PreImpact::new(system.contact, &State { x1, v1, x2: 0.0, v2 });

@@ -17,7 +17,7 @@ use crate::impact::tolerances::SIMULTANEOUS;
 use crate::model::contact_coordinates::ContactCoordinates;
 
 /// Regime of an impact with what the impulse path needs to know of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Regime {
     /// mu = 0 or sin x1 = 0.

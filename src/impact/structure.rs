@@ -1,13 +1,18 @@
 //! The impact of a linear structure on one of its stops, by the one law (docs/theory.md, sections 4
 //! and 12): v+ = v - M^-1 n P + M^-1 t Q.
 
+use serde::{Deserialize, Serialize};
+
+use super::regime::FirstSlip;
 use super::{ImpactFailure, Regime, resolve_in_contact};
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::structure::Structure;
 
 /// What an impact on a stop does.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StopImpact {
+    /// Which stop.
+    pub stop: usize,
     /// Regime, with the impulse at which slip ended, if it did.
     pub regime: Regime,
     /// u before, relative to the stop.
@@ -56,18 +61,14 @@ pub fn strike(
     let count = structure.coordinates();
     assert!(velocities.len() == count, "{count} velocities");
     let (at, rows) = (&structure.stops()[stop], structure.contact(stop));
-    let slip = match at.tangent() {
-        Some(tangent) if at.friction() > 0.0 => {
-            tangent.iter().zip(velocities.iter()).map(|(t, v)| t * v).sum()
-        }
-        _ => 0.0,
-    };
+    let slip = structure.slip(stop, velocities);
     let contact = ContactCoordinates::new(approach_velocity, slip, rows.mobilities, at.friction());
     let impact = resolve_in_contact(&contact, at.restitution(), &structure.law())?;
     for ((v, n), t) in velocities.iter_mut().zip(&rows.by_normal).zip(&rows.by_tangent) {
         *v += impact.impulse_tangential * t - impact.impulse_normal * n;
     }
     Ok(StopImpact {
+        stop,
         regime: impact.regime,
         approach_velocity: impact.approach_velocity,
         separation_velocity: impact.separation_velocity,
@@ -76,4 +77,12 @@ pub fn strike(
         energy_loss: impact.energy_loss,
         friction_loss: impact.friction_loss,
     })
+}
+
+/// Whether slip at a stop cannot stop the approach: a graze there has a finite effect.
+pub(crate) fn approach_grows_at(structure: &Structure, stop: usize, velocities: &[f64]) -> bool {
+    let (at, rows) = (&structure.stops()[stop], structure.contact(stop));
+    let slip = structure.slip(stop, velocities);
+    let contact = ContactCoordinates::new(0.0, slip, rows.mobilities, at.friction());
+    at.friction() > 0.0 && slip != 0.0 && FirstSlip::new(&contact).approach_grows()
 }

@@ -25,7 +25,7 @@
 use crate::model::angle::Angle;
 use crate::model::parameters::{Contact, System};
 use crate::model::state::State;
-use crate::model::tolerances::{DEAD_CENTRE, NO_ROOM};
+use crate::model::tolerances::{DEAD_CENTRE, NO_ROOM, PAINLEVE_LEVEL, REACH_LEVEL};
 use crate::numerics::dual::Number;
 
 /// Contact coordinates just before an impact, and the numbers of the contact.
@@ -116,6 +116,19 @@ impl ContactCoordinates<f64> {
     #[inline(always)]
     pub(crate) fn is_in_friction_cone(&self) -> bool {
         self.coupling.abs() <= self.grip()
+    }
+
+    /// m + k b/h for slip in direction s; 0 where it is that to rounding, or less.
+    pub(crate) fn slip_inertia(&self, direction: f64) -> f64 {
+        let inertia = self.mobility + self.slip_rate(direction) * self.coupling;
+        if inertia <= self.painleve_level() { 0.0 } else { inertia }
+    }
+
+    /// The inertia below which slip meets a Painleve point.
+    pub(crate) fn painleve_level(&self) -> f64 {
+        let size = self.mobility + (self.coupling.abs() + self.grip()) * self.coupling.abs();
+        // Against a wall all terms vanish where the reach of the tip ends.
+        (PAINLEVE_LEVEL * size).max(if self.is_against_wall() { REACH_LEVEL } else { 0.0 })
     }
 }
 

@@ -26,6 +26,15 @@ impl ParameterError {
     ) -> Self {
         Self { name: name.into(), value: value.to_string(), allowed: allowed.into() }
     }
+
+    /// With a number as Rust and Python write it: 2.0, 1e300.
+    pub(crate) fn number(
+        name: impl Into<Cow<'static, str>>,
+        value: f64,
+        allowed: impl Into<Cow<'static, str>>,
+    ) -> Self {
+        Self::new(name, format!("{value:?}"), allowed)
+    }
 }
 
 /// A start state that cannot be used.
@@ -35,8 +44,8 @@ pub enum StateError {
     /// A component is NaN or infinite.
     #[error("{name} = {value} is not allowed; allowed: a finite number")]
     NotFinite {
-        /// Component: x1, v1, x2 or v2.
-        name: &'static str,
+        /// Component: x1, v1, x2 or v2; `q[i]` or `v[i]` of a structure.
+        name: Cow<'static, str>,
         /// The value that was given.
         value: f64,
     },
@@ -68,6 +77,26 @@ pub enum StateError {
         /// Oscillator displacement.
         x2: f64,
     },
+    /// The start of a structure has another number of coordinates or velocities.
+    #[error("initial has {given} numbers in {name}; allowed: {expected}")]
+    Shape {
+        /// q or v.
+        name: &'static str,
+        /// How many there are,
+        given: usize,
+        /// and should be.
+        expected: usize,
+    },
+    /// A stop is penetrated at the start.
+    #[error(
+        "the initial state is penetrating: gap function g = {gap} of stops[{stop}]; allowed: g <= 0"
+    )]
+    PenetratesStop {
+        /// Which stop.
+        stop: usize,
+        /// Value of its gap function.
+        gap: f64,
+    },
     /// One of several starts cannot be used.
     #[error("initial[{place}]: {error}")]
     OneOfSeveral {
@@ -96,8 +125,8 @@ pub enum SimulationError {
         time: f64,
         /// Impacts so far.
         impacts: u64,
-        /// State (x1, v1, x2, v2) at the start of the flight.
-        state: [f64; 4],
+        /// State at the start of the flight: (x1, v1, x2, v2), or q and v of a structure.
+        state: Vec<f64>,
     },
     /// The contact search used up its step budget, or the steps of search or slide are so short
     /// that it would: the tip turns or decays beyond counting.
@@ -109,7 +138,7 @@ pub enum SimulationError {
         time: f64,
         /// Impacts so far.
         impacts: u64,
-        /// State (x1, v1, x2, v2) at the start of the flight.
-        state: [f64; 4],
+        /// State at the start of the flight: (x1, v1, x2, v2), or q and v of a structure.
+        state: Vec<f64>,
     },
 }

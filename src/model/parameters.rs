@@ -93,7 +93,7 @@ impl ImpactLaw {
 }
 
 /// The choice that has a name, or an error with the names of all choices.
-fn chosen<T: Copy>(
+pub(super) fn chosen<T: Copy>(
     parameter: &'static str,
     given: &str,
     all: &[T],

@@ -1,5 +1,7 @@
 //! The state of the system between impacts, and the clock that counts drive periods.
 
+use std::fmt::Debug;
+
 use serde::{Deserialize, Serialize};
 
 use crate::model::error::StateError;
@@ -32,7 +34,7 @@ impl State {
         let Self { x1, v1, x2, v2 } = self;
         for (name, value) in [("x1", x1), ("v1", v1), ("x2", x2), ("v2", v2)] {
             if !value.is_finite() {
-                return Err(StateError::NotFinite { name, value });
+                return Err(StateError::NotFinite { name: name.into(), value });
             }
         }
         Ok(self)
@@ -48,14 +50,31 @@ impl State {
     pub(crate) fn from_array([x1, v1, x2, v2]: [f64; 4]) -> Self {
         Self { x1, v1, x2, v2 }
     }
+}
 
+/// Coordinates and velocities.
+pub trait ModelState: Clone + PartialEq + Debug + Send + Sync {
+    /// Whether all numbers are finite.
+    fn is_finite(&self) -> bool;
     /// A short time earlier, to first order: where the bounces left are too low to be told apart.
-    pub(crate) fn earlier(self, time: f64) -> Self {
+    #[must_use]
+    fn earlier(self, time: f64) -> Self;
+    /// All numbers.
+    fn to_vec(&self) -> Vec<f64>;
+}
+
+impl ModelState for State {
+    #[inline]
+    fn is_finite(&self) -> bool {
+        self.to_array().iter().all(|c| c.is_finite())
+    }
+
+    fn earlier(self, time: f64) -> Self {
         Self { x1: self.x1 - time * self.v1, x2: self.x2 - time * self.v2, ..self }
     }
 
-    pub(crate) fn is_finite(&self) -> bool {
-        self.to_array().iter().all(|c| c.is_finite())
+    fn to_vec(&self) -> Vec<f64> {
+        self.to_array().to_vec()
     }
 }
 

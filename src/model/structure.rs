@@ -1,26 +1,37 @@
 //! Any linear structure with rigid stops (docs/structures.md): N coordinates q,
 //!
 //! ```text
-//! M q'' + C q' + K q = c + Re(F e^{i psi}) - (impulses and forces of the stops),  psi = omega t + phi
-//! g_j = n_j . q - gap_j - A_j cos(omega t + phi_j) <= 0
+//! M q'' + C q' + K q = c + Re(F e^{i psi}) - (impulses and forces of the stops)
+//! psi = omega t + phi,   g_j = n_j . q - gap_j - A_j cos(omega t + phi_j) <= 0
 //! ```
 //!
-//! with M positive definite, K and C positive semidefinite, and C diagonal in the modes.
+//! with M positive definite, K and C positive semidefinite.
 
+mod damping;
 mod modes;
+mod pairs;
+mod simultaneous;
+mod state;
 mod stop;
 
 use nalgebra::Complex;
 
 use crate::model::error::ParameterError;
 use crate::model::parameters::ImpactLaw;
+use crate::numerics::dense::Matrix;
 use crate::numerics::double_double::DoubleDouble;
-use modes::{Modes, NoModes, RIGID, modes};
+use damping::{Damping, ModalDamping};
+use modes::{NoModes, modes};
+pub use simultaneous::Simultaneous;
+pub use state::{Coordinates, StructureState};
 pub use stop::Stop;
 pub(crate) use stop::StopContactRows;
 
-/// What the modes couple by a damping matrix at most, as a part of its largest entry there.
-const COUPLED: f64 = 1e-12;
+/// Coordinates at most: the modes of so many take seconds, a time that grows with its cube.
+const MOST_COORDINATES: usize = 256;
+/// Sizes of masses and of the largest stiffness: squares of w^2, which its modes need, stay in the
+/// range of floats.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 /// A matrix may differ by this part of its largest entry from a symmetric one.
 const SYMMETRIC: f64 = 1e-14;
 
@@ -43,19 +54,25 @@ const SYMMETRIC: f64 = 1e-14;
 /// assert!((structure.frequencies()[0] - 1.0).abs() < 1e-15);
 /// # Ok::<(), vibroimpact::ParameterError>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Structure {
     mass: Vec<Vec<f64>>,
+    stiffness: Vec<Vec<f64>>,
+    damping: Vec<Vec<f64>>,
     stops: Vec<Stop>,
     drive_frequency: f64,
     phase: f64,
     law: ImpactLaw,
+    simultaneous: Simultaneous,
     modes: Vec<Mode>,
+    /// Phi^T C Phi, where that couples the modes.
+    coupling: Option<Matrix>,
     contacts: Vec<StopContactRows>,
 }
 
-/// One mode, p'' + 2 c p' + w^2 p = |f| cos(psi + arg f) + load.
-#[derive(Debug, Clone)]
+/// One mode, p'' + 2 c p' + w^2 p = |f| cos(psi + arg f) + load, where C does not couple it with
+/// others.
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Mode {
     pub frequency: DoubleDouble,
     /// c.
@@ -79,14 +96,8 @@ pub struct StructureBuilder {
     drive_frequency: f64,
     phase: f64,
     law: ImpactLaw,
+    simultaneous: Simultaneous,
     stops: Vec<Stop>,
-}
-
-#[derive(Debug, Clone)]
-enum Damping {
-    None,
-    Ratios(Vec<f64>),
-    Matrix(Vec<Vec<f64>>),
 }
 
 impl StructureBuilder {
@@ -97,7 +108,7 @@ impl StructureBuilder {
         Self { damping: Damping::Ratios(ratios.into()), ..self }
     }
 
-    /// Damping matrix C, (N, N), which the modes make diagonal.
+    /// Damping matrix C, (N, N), symmetric and positive semidefinite.
     #[must_use]
     pub fn damping(self, matrix: Vec<Vec<f64>>) -> Self {
         Self { damping: Damping::Matrix(matrix), ..self }
@@ -126,6 +137,12 @@ impl StructureBuilder {
         Self { law, ..self }
     }
 
+    /// What happens when stops that act on each other meet at one instant.
+    #[must_use]
+    pub fn simultaneous(self, simultaneous: Simultaneous) -> Self {
+        Self { simultaneous, ..self }
+    }
+
     /// One more stop.
     #[must_use]
     pub fn stop(mut self, stop: Stop) -> Self {
@@ -139,8 +156,24 @@ impl StructureBuilder {
     /// [`ParameterError`] names the entry, its value and what is allowed.
     pub fn build(self) -> Result<Structure, ParameterError> {
         let count = self.mass.len();
+        if count > MOST_COORDINATES {
+            let allowed = format!("at most {MOST_COORDINATES} rows");
+            return Err(ParameterError::new("mass", format!("{count} rows"), allowed));
+        }
         checked_matrix("mass", &self.mass, count)?;
         checked_matrix("stiffness", &self.stiffness, count)?;
+        for (i, row) in self.mass.iter().enumerate() {
+            if row[i] > 0.0 && !SIZES.contains(&row[i]) {
+                let allowed = "a number in [1e-50, 1e50]";
+                return Err(ParameterError::number(format!("mass[{i}, {i}]"), row[i], allowed));
+            }
+        }
+        let largest = largest(&self.stiffness);
+        if largest > 0.0 && !SIZES.contains(&largest) {
+            let given = format!("a largest entry {largest:?}");
+            let allowed = "a largest entry in [1e-50, 1e50], or zeros";
+            return Err(ParameterError::new("stiffness", given, allowed));
+        }
         let found = modes(&self.mass, &self.stiffness).map_err(|why| match why {
             NoModes::MassNotDefinite(order) => ParameterError::new(
                 "mass",
@@ -156,10 +189,10 @@ impl StructureBuilder {
         let range = (0.0..=1e50).contains(&self.drive_frequency);
         if !range {
             let allowed = "a number in [0, 1e50]";
-            return Err(ParameterError::new("drive_frequency", self.drive_frequency, allowed));
+            return Err(ParameterError::number("drive_frequency", self.drive_frequency, allowed));
         }
         if !self.phase.is_finite() {
-            return Err(ParameterError::new("phase", self.phase, "a finite number"));
+            return Err(ParameterError::number("phase", self.phase, "a finite number"));
         }
         let load = self.static_load.unwrap_or_else(|| vec![0.0; count]);
         checked_vector("static_load", &load, count)?;
@@ -175,12 +208,19 @@ impl StructureBuilder {
                 "poisson, newton or energetic: the paper's formulas are its own machine's";
             return Err(ParameterError::new("law", self.law.name(), allowed));
         }
+        if self.simultaneous == Simultaneous::Together
+            && self.stops.iter().any(|stop| stop.friction() > 0.0)
+        {
+            let allowed = "stop or sequence where a stop has friction > 0";
+            return Err(ParameterError::new("simultaneous", self.simultaneous.name(), allowed));
+        }
         let contacts: Vec<_> =
             self.stops.iter().map(|stop| StopContactRows::new(stop, &found)).collect();
         for (place, (stop, contact)) in self.stops.iter().zip(&contacts).enumerate() {
             contact.checked(stop, place)?;
         }
-        let decay_rates = decay_rates(&self.damping, &found, count)?;
+        let ModalDamping { decay_rates, coupling } = self.damping.in_modes(&found, count)?;
+        let damping = self.damping.matrix(&self.mass, &found, &decay_rates);
         let modes = found
             .frequencies
             .iter()
@@ -203,11 +243,15 @@ impl StructureBuilder {
             .collect();
         Ok(Structure {
             mass: self.mass,
+            stiffness: self.stiffness,
+            damping,
             stops: self.stops,
             drive_frequency: self.drive_frequency,
             phase: self.phase,
             law: self.law,
+            simultaneous: self.simultaneous,
             modes,
+            coupling,
             contacts,
         })
     }
@@ -226,6 +270,7 @@ impl Structure {
             drive_frequency: 0.0,
             phase: 0.0,
             law: ImpactLaw::default(),
+            simultaneous: Simultaneous::default(),
             stops: Vec::new(),
         }
     }
@@ -234,6 +279,24 @@ impl Structure {
     #[must_use]
     pub fn coordinates(&self) -> usize {
         self.mass.len()
+    }
+
+    /// M, (N, N).
+    #[must_use]
+    pub fn mass(&self) -> &[Vec<f64>] {
+        &self.mass
+    }
+
+    /// K, (N, N).
+    #[must_use]
+    pub fn stiffness(&self) -> &[Vec<f64>] {
+        &self.stiffness
+    }
+
+    /// C, (N, N); that of the damping ratios, where those were given.
+    #[must_use]
+    pub fn damping(&self) -> &[Vec<f64>] {
+        &self.damping
     }
 
     /// The stops.
@@ -273,6 +336,24 @@ impl Structure {
         self.law
     }
 
+    /// What happens when stops that act on each other meet at one instant.
+    #[must_use]
+    pub fn simultaneous(&self) -> Simultaneous {
+        self.simultaneous
+    }
+
+    /// The structure without loads, drive and gaps, whose stops rest: small perturbations of a motion
+    /// move like it between events.
+    pub(crate) fn homogeneous(&self) -> Self {
+        let mut still = self.clone();
+        still.drive_frequency = 0.0;
+        for mode in &mut still.modes {
+            (mode.drive, mode.load) = (Complex::default(), 0.0);
+        }
+        still.stops = self.stops.iter().map(Stop::homogeneous).collect();
+        still
+    }
+
     pub(crate) fn contact(&self, stop: usize) -> &StopContactRows {
         &self.contacts[stop]
     }
@@ -280,72 +361,19 @@ impl Structure {
     pub(crate) fn modes(&self) -> &[Mode] {
         &self.modes
     }
-}
 
-/// Decay rates of the modes, or why there are none.
-fn decay_rates(damping: &Damping, found: &Modes, count: usize) -> Result<Vec<f64>, ParameterError> {
-    match damping {
-        Damping::None => Ok(vec![0.0; count]),
-        Damping::Ratios(ratios) => {
-            checked_vector("damping_ratios", ratios, count)?;
-            let highest = found.frequencies.last().map_or(0.0, |w| w.hi);
-            let mut rates = Vec::with_capacity(count);
-            for (i, (&ratio, w)) in ratios.iter().zip(&found.frequencies).enumerate() {
-                let name = || format!("damping_ratios[{i}]");
-                if ratio < 0.0 {
-                    return Err(ParameterError::new(name(), ratio, "a finite number >= 0"));
-                }
-                if ratio > 0.0 && w.hi == 0.0 {
-                    let allowed = "0 for a mode of frequency 0 (damping= takes a matrix)";
-                    return Err(ParameterError::new(name(), ratio, allowed));
-                }
-                // Equal frequencies have no modes of their own, which unequal ratios would need.
-                if i > 0 && ratio != ratios[i - 1] {
-                    let before = found.frequencies[i - 1];
-                    if (*w * *w - before * before).hi <= RIGID * highest * highest {
-                        let allowed = "the ratio of the mode before, whose frequency is the same";
-                        return Err(ParameterError::new(name(), ratio, allowed));
-                    }
-                }
-                rates.push(w.scale(ratio).value());
-            }
-            Ok(rates)
-        }
-        Damping::Matrix(matrix) => {
-            checked_matrix("damping", matrix, count)?;
-            let on = |i: usize, j: usize| {
-                let mut sum = DoubleDouble::ZERO;
-                for (row, &left) in matrix.iter().zip(&found.shapes[i]) {
-                    for (&entry, &right) in row.iter().zip(&found.shapes[j]) {
-                        sum = sum + left * right.scale(entry);
-                    }
-                }
-                sum.value()
-            };
-            let mut rates: Vec<f64> = (0..count).map(|i| 0.5 * on(i, i)).collect();
-            let largest = rates.iter().fold(0.0, |most: f64, rate| most.max(rate.abs()));
-            for (i, rate) in rates.iter_mut().enumerate() {
-                for j in i + 1..count {
-                    let coupled = on(i, j);
-                    if coupled.abs() > COUPLED * largest {
-                        return Err(ParameterError::new(
-                            "damping",
-                            format!("a matrix that couples the modes {i} and {j} by {coupled:e}"),
-                            "a matrix that the modes make diagonal, in this version",
-                        ));
-                    }
-                }
-                if *rate < -COUPLED * largest {
-                    return Err(ParameterError::new(
-                        "damping",
-                        format!("a matrix with {:e} on mode {i}", 2.0 * *rate),
-                        "a positive semidefinite matrix",
-                    ));
-                }
-                *rate = if *rate <= COUPLED * largest { 0.0 } else { *rate };
-            }
-            Ok(rates)
-        }
+    /// Whether C couples the modes: they are then no oscillators of their own.
+    pub(crate) fn couples_modes(&self) -> bool {
+        self.coupling.is_some()
+    }
+
+    /// Phi^T C Phi.
+    pub(crate) fn modal_damping(&self) -> Matrix {
+        let diagonal = || {
+            let of = |mode: &Mode| DoubleDouble::new(2.0 * mode.decay_rate);
+            Matrix::diagonal(&self.modes.iter().map(of).collect::<Vec<_>>())
+        };
+        self.coupling.clone().unwrap_or_else(diagonal)
     }
 }
 
@@ -356,7 +384,7 @@ fn checked_vector(name: &str, vector: &[f64], count: usize) -> Result<(), Parame
     }
     for (i, &value) in vector.iter().enumerate() {
         if !value.is_finite() {
-            return Err(ParameterError::new(format!("{name}[{i}]"), value, "a finite number"));
+            return Err(ParameterError::number(format!("{name}[{i}]"), value, "a finite number"));
         }
     }
     Ok(())
@@ -379,19 +407,23 @@ fn checked_matrix(name: &str, matrix: &[Vec<f64>], count: usize) -> Result<(), P
         for (j, &entry) in row.iter().enumerate() {
             if !entry.is_finite() {
                 let place = format!("{name}[{i}, {j}]");
-                return Err(ParameterError::new(place, entry, "a finite number"));
+                return Err(ParameterError::number(place, entry, "a finite number"));
             }
         }
     }
-    let largest = matrix.iter().flatten().fold(0.0, |most: f64, entry| most.max(entry.abs()));
+    let largest = largest(matrix);
     for (i, row) in matrix.iter().enumerate() {
         for (j, &entry) in row.iter().enumerate().take(i) {
             let mirror = matrix[j][i];
             if (entry - mirror).abs() > SYMMETRIC * largest {
-                let allowed = format!("{name}[{j}, {i}] = {mirror}: the matrix is symmetric");
-                return Err(ParameterError::new(format!("{name}[{i}, {j}]"), entry, allowed));
+                let allowed = format!("{name}[{j}, {i}] = {mirror:?}: the matrix is symmetric");
+                return Err(ParameterError::number(format!("{name}[{i}, {j}]"), entry, allowed));
             }
         }
     }
     Ok(())
+}
+
+fn largest(matrix: &[Vec<f64>]) -> f64 {
+    matrix.iter().flatten().fold(0.0, |most: f64, entry| most.max(entry.abs()))
 }

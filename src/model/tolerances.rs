@@ -23,3 +23,11 @@ pub const WALL_SLOPE: f64 = 0.1;
 /// A landing changes x1' only by less than this part: what the impulses of bounces at rounding
 /// level have left. More is no rounding, and belongs to body 2.
 pub const LAST_IMPULSES: f64 = 1e-3;
+
+/// mbar + k cos x1 below this part of its terms counts as zero: a Painleve point. The contact
+/// force grows beyond all bounds there, and the steps of the integration shrink.
+pub const PAINLEVE_LEVEL: f64 = 1e-9;
+
+/// Against a wall (mbar = 0) k cos x1 below this counts as zero too: with |cos x1| = 1e-5 the wall
+/// drives the tip 1e5 times as fast as itself, to the end of its reach.
+pub const REACH_LEVEL: f64 = 1e-10;

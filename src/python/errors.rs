@@ -1,11 +1,10 @@
 //! Where errors cross from Rust to Python.
 
-use pyo3::PyErr;
 use pyo3::import_exception;
+use pyo3::prelude::*;
 
-use super::run::PyRun;
 use crate::model::error::{ParameterError as BadParameter, StateError as BadState};
-use crate::simulate::run::RunError;
+use crate::simulate::run::{Recorded, Run, RunError};
 
 import_exception!(vibroimpact.errors, ParameterError);
 import_exception!(vibroimpact.errors, StateError);
@@ -23,13 +22,23 @@ impl From<BadState> for PyErr {
     }
 }
 
-impl From<RunError> for PyErr {
-    fn from(error: RunError) -> Self {
+/// A model whose runs cross to Python.
+pub(super) trait Crossing: Recorded {
+    /// A run as an object of Python.
+    fn wrapped(py: Python<'_>, run: Run<Self>) -> PyResult<Py<PyAny>>;
+}
+
+impl<M: Crossing> From<RunError<M>> for PyErr {
+    fn from(error: RunError<M>) -> Self {
         match error {
             RunError::Parameter(error) => error.into(),
             RunError::State(error) => error.into(),
             RunError::Simulation { error, done } => {
-                SimulationError::new_err((error.to_string(), PyRun(*done)))
+                let wrapped = Python::attach(|py| M::wrapped(py, *done));
+                wrapped.map_or_else(
+                    |error| error,
+                    |run| SimulationError::new_err((error.to_string(), run)),
+                )
             }
         }
     }

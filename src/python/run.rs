@@ -10,17 +10,19 @@ use pyo3::prelude::*;
 use super::arrays;
 use super::cancel::{Progress, interruptible, interruptible_later};
 use super::enums::Member;
+use super::errors::Crossing;
 use super::system::PySystem;
 use crate::analysis::Workers;
 use crate::analysis::period::{EvidenceKind, ImpactCount, PeriodReport, WhyUndecided};
 use crate::analysis::sweep::run_and_count;
 use crate::contact::sustained::ContactMode;
 use crate::model::error::ParameterError;
+use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::simulate::Horizon;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::{
-    Bounces, BouncesEnd, Collection, EnergyAudit, FinalState, Run, RunError, RunOptions,
+    Bounces, BouncesEnd, Collection, EnergyAudit, FinalState, Recorded, Run, RunError, RunOptions,
 };
 use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
@@ -74,7 +76,7 @@ impl PyFinalState {
 
 /// The label of a motion from its kept stroboscopic states, with the evidence.
 #[pyclass(name = "PeriodReport", module = "vibroimpact._core", frozen)]
-pub(super) struct PyPeriodReport(PeriodReport);
+pub(super) struct PyPeriodReport(pub(super) PeriodReport);
 
 #[pymethods]
 impl PyPeriodReport {
@@ -270,32 +272,8 @@ impl PyRun {
         keep: Option<i64>,
         max_events: Option<u64>,
     ) -> PyResult<Self> {
-        let done = self.0.final_state.clock.period;
-        let horizon = match horizon(periods, time)? {
-            // Checked before the sum: a bad number must be named as it was given.
-            Horizon::Periods(more) if more < 0 || done.checked_add(more).is_none() => {
-                return Err(ParameterError::new("periods", more, "a whole number >= 0").into());
-            }
-            Horizon::Periods(more) => Horizon::Periods(done + more),
-            Horizon::Time(more) if more.is_nan() || more < 0.0 => {
-                return Err(ParameterError::new("time", more, "a finite number >= 0").into());
-            }
-            Horizon::Time(more) => Horizon::Time(self.0.final_state.time + more),
-            other @ Horizon::Impacts { .. } => other,
-        };
-        if let (Some(keep), Some(periods)) = (keep, periods)
-            && keep > periods
-        {
-            let allowed = "a whole number in [0, periods]";
-            return Err(ParameterError::new("keep", keep, allowed).into());
-        }
-        let options = RunOptions {
-            horizon,
-            keep,
-            max_events: max_events.unwrap_or(self.0.options.max_events),
-            ..self.0.options
-        };
-        make(py, self.0.begin_resuming(options)?)
+        let options = further(&self.0, periods, time, keep, max_events)?;
+        Ok(Self(make(py, self.0.begin_resuming(options)?, None)?))
     }
 
     /// Everything but the arrays, as JSON with exact numbers.
@@ -332,6 +310,37 @@ impl PyRun {
     }
 }
 
+/// How a run is resumed.
+pub(super) fn further<M: Recorded>(
+    run: &Run<M>,
+    periods: Option<i64>,
+    time: Option<f64>,
+    keep: Option<i64>,
+    max_events: Option<u64>,
+) -> PyResult<RunOptions> {
+    let done = run.final_state.clock.period;
+    let horizon = match horizon(periods, time)? {
+        // Checked before the sum: a bad number must be named as it was given.
+        Horizon::Periods(more) if more < 0 || done.checked_add(more).is_none() => {
+            return Err(ParameterError::new("periods", more, "a whole number >= 0").into());
+        }
+        Horizon::Periods(more) => Horizon::Periods(done + more),
+        Horizon::Time(more) if more.is_nan() || more < 0.0 => {
+            return Err(ParameterError::new("time", more, "a finite number >= 0").into());
+        }
+        Horizon::Time(more) => Horizon::Time(run.final_state.time + more),
+        other @ Horizon::Impacts { .. } => other,
+    };
+    if let (Some(keep), Some(periods)) = (keep, periods)
+        && keep > periods
+    {
+        let allowed = "a whole number in [0, periods]";
+        return Err(ParameterError::new("keep", keep, allowed).into());
+    }
+    let max_events = max_events.unwrap_or(run.options.max_events);
+    Ok(RunOptions { horizon, keep, max_events, ..run.options })
+}
+
 /// The numbers of an audit, by name.
 fn works(audit: EnergyAudit) -> BTreeMap<&'static str, f64> {
     BTreeMap::from([
@@ -349,7 +358,7 @@ fn works(audit: EnergyAudit) -> BTreeMap<&'static str, f64> {
     ])
 }
 
-fn horizon(periods: Option<i64>, time: Option<f64>) -> PyResult<Horizon> {
+pub(super) fn horizon(periods: Option<i64>, time: Option<f64>) -> PyResult<Horizon> {
     match (periods, time) {
         (Some(periods), None) => Ok(Horizon::Periods(periods)),
         (None, Some(time)) => Ok(Horizon::Time(time)),
@@ -388,20 +397,34 @@ pub(super) fn simulate(
     let horizon = horizon(periods, time)?;
     let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
     let collection = Collection::begin(&system.0, to_state(initial)?, options)?;
-    match progress {
-        Some(tell) => make_and_tell(py, collection, &tell),
-        None => make(py, collection),
+    Ok(PyRun(make(py, collection, progress.as_ref())?))
+}
+
+impl Crossing for System {
+    fn wrapped(py: Python<'_>, run: Run) -> PyResult<Py<PyAny>> {
+        Ok(PyRun(run).into_pyobject(py)?.into_any().unbind())
     }
 }
 
-/// Makes a run.
-fn make(py: Python<'_>, mut collection: Collection) -> PyResult<PyRun> {
+/// Makes a run, and tells how much of it is done if that is wanted.
+pub(super) fn make<M: Crossing>(
+    py: Python<'_>,
+    mut collection: Collection<M>,
+    progress: Option<&Py<PyAny>>,
+) -> PyResult<Run<M>> {
+    if let Some(tell) = progress {
+        return make_and_tell(py, collection, tell);
+    }
     interruptible_later(py, |cancel| collection.proceed(cancel))?;
-    Ok(PyRun(collection.into_run()?))
+    Ok(collection.into_run()?)
 }
 
 /// Makes a run, and tells how many millionths of its time are done.
-fn make_and_tell(py: Python<'_>, mut collection: Collection, tell: &Py<PyAny>) -> PyResult<PyRun> {
+fn make_and_tell<M: Crossing>(
+    py: Python<'_>,
+    mut collection: Collection<M>,
+    tell: &Py<PyAny>,
+) -> PyResult<Run<M>> {
     let done = AtomicUsize::new(0);
     let progress = Progress { tell, done: &done };
     interruptible::<_, PyErr>(py, Some(&progress), |cancel| {
@@ -411,7 +434,7 @@ fn make_and_tell(py: Python<'_>, mut collection: Collection, tell: &Py<PyAny>) -
         done.store(collection.millionths_done(), Relaxed);
         Ok(())
     })?;
-    Ok(PyRun(collection.into_run()?))
+    Ok(collection.into_run()?)
 }
 
 /// Asks of the token, one before each flight, between two looks at how far a run is: some tens of

@@ -10,7 +10,7 @@
 mod dense;
 #[path = "../../tests/support/double_double.rs"]
 #[allow(dead_code)]
-mod double_double;
+pub(crate) mod double_double;
 #[path = "../../tests/support/judge.rs"]
 #[allow(dead_code)]
 mod judge;

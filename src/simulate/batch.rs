@@ -20,7 +20,7 @@ pub(crate) use self::impacts::ImpactLanes;
 use self::impacts::Nearby;
 pub(crate) use self::job::{Companion, Job};
 use self::sections::pass_sections;
-use super::Observer;
+use super::{Model, Observer};
 use crate::flight::Flight;
 use crate::flight::{Found, Point, States};
 use crate::impact::{self, Impact, ImpactFailure, PreImpact};
@@ -264,7 +264,8 @@ impl<T: Job> Batch<'_, T> {
                     (flight.pendulum, flight.oscillator) = (pendulum, oscillator);
                 }
                 if chatters {
-                    simulation.complete_chatter_if_certain(&impacts.impact(j));
+                    let view = simulation.system.chatter_view(&impacts.impact(j));
+                    simulation.complete_chatter_if_certain(&view);
                 }
                 let Flight { clock, state, .. } = simulation.flight;
                 if !watch.skips(clock, &state) && (chatters || !passes(job, j, beside)) {

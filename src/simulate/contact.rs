@@ -1,24 +1,23 @@
-//! Lasting contact: the end of chatter, landings, slides, sticks and releases.
+//! Lasting contact: the end of chatter, landings, and what follows them.
 
-use super::{Completion, FlightStart, Horizon, Observer, Phase, Simulation, Turn};
-use crate::contact::chatter::Limit;
-use crate::contact::sustained::{ContactForce, ContactMode, Next, SlideEnd};
+use super::model::{Follows, Skipped};
+use super::{AnchorOf, Completion, Leg, Model, Observer, Simulation, Turn};
+use crate::contact::chatter::{ChatterMonitor, Limit};
 use crate::contact::tolerances::CHATTER_NOISE;
-use crate::flight::Touch;
 use crate::model::error::SimulationError;
-use crate::model::state::{Clock, State};
+use crate::model::state::Clock;
 use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
+use crate::search::first_contact::Touch;
 use crate::search::tolerances::RELEASE_PROBE;
-use crate::simulate::event::{ChatterEvent, ContactEvent, Event, StopReason};
 use crate::simulate::tolerances::{
     DEFAULT_TOLERANCE, MOST_MOVES, SHORTEST_MOVE, STANDSTILL_EVENTS, STANDSTILL_TIME,
 };
 
-impl Simulation {
+impl<M: Model> Simulation<M> {
     /// Carries a chatter sequence to its accumulation point.
-    pub(super) fn complete<O: Observer>(&mut self, observer: &mut O) -> Turn {
-        let completion = self.point.completion?;
+    pub(super) fn complete<O: Observer<M::State>>(&mut self, observer: &mut O) -> Turn<M> {
+        let completion = self.point.completion.clone()?;
         let (reached, over) = self.reached_by(completion.clock);
         let state_at = |this: &Self, s: DoubleDouble| this.hop(&completion, s.value());
         self.pass_sections(reached, over, observer, state_at);
@@ -29,144 +28,152 @@ impl Simulation {
         Some(Ok(self.accumulate(&completion)))
     }
 
+    /// The leg that begins at an accumulation point.
+    pub(super) fn accumulation(
+        &self,
+        completion: &Completion<M::State>,
+        contact: u32,
+    ) -> AnchorOf<M> {
+        let Completion { clock, ref state, .. } = *completion;
+        let stopped = M::STOPS_SLIP && self.point.monitor.stopped;
+        self.system.landing(&self.point.anchor, clock, state.clone(), contact, stopped)
+    }
+
     /// The accumulation point.
-    fn accumulate(&mut self, completion: &Completion) -> Event {
-        let Completion { clock, state, impacts_skipped, time_jump, error } = *completion;
+    fn accumulate(&mut self, completion: &Completion<M::State>) -> M::Event {
+        let Completion { clock, impacts_skipped, time_jump, error, .. } = *completion;
+        let leg = self.accumulation(completion, self.point.contact);
         self.point.completion = None;
         self.point.events += 1;
-        self.point.monitor = crate::contact::chatter::ChatterMonitor::default();
-        self.anchor(clock, state, Phase::Landing);
-        let drive = &self.motion.drive;
-        let (time, phase) = (drive.time(clock), drive.phase_at(clock));
-        let force = match self.system.land(drive.trig_at(clock), &state) {
-            Next::Hold(mode) => self.force(clock, &state, mode),
-            _ => ContactForce::default(),
-        };
-        Event::Chatter(ChatterEvent {
-            clock,
-            time,
-            phase,
-            state,
-            force,
-            impacts_skipped,
-            time_jump,
-            // With the rounding of the time in the period, on which nothing depends.
-            error: error + EPS * clock.time_in_period,
-        })
+        self.point.monitor = ChatterMonitor::default();
+        let place = (clock, self.drive().time(clock), self.drive().phase_at(clock));
+        // With the rounding of the time in the period, on which nothing depends.
+        let error = error + EPS * clock.time_in_period;
+        let skipped = Skipped { impacts: impacts_skipped, time_jump, error };
+        let contact = self.point.contact;
+        let event = self.system.chatter_event(&self.motion, place, &leg, contact, skipped);
+        self.begin_leg(leg);
+        event
     }
 
     /// The bodies meet at g = g' = 0 to rounding: the end of bounces too low to tell, which are
     /// carried on to leading order, or a plastic impact.
-    pub(super) fn come_to_rest(&mut self, touch: &Touch) -> Turn {
+    pub(super) fn come_to_rest(&mut self, touch: &Touch<M::Touched>) -> Turn<M> {
         let (clock, _, _) = self.place(touch.time, touch.offset);
-        let u = -self.system.approach_velocity(&self.point.anchor.state);
+        let state = M::touched(&self.motion, &self.flight, touch);
+        let contact = M::contact_of(&touch.state);
+        let u = self.system.separation(&self.motion, &self.point.anchor, contact);
         if let Some(ratio) = self.point.monitor.shrinks(u) {
-            let state = touch.state;
             let second = touch.gap.second.max(f64::MIN_POSITIVE);
-            let leading = (2.0 * u / (second * (1.0 - ratio))).min(self.motion.span);
+            let leading = (2.0 * u / (second * (1.0 - ratio))).min(M::span(&self.motion));
             // Velocities of some least numbers have no digits; the end is not before the next
             // bounce.
             let time = leading.max(touch.local_time());
-            let phase = self.motion.drive.trig_at(clock);
-            let v1 = if self.point.monitor.stopped {
-                0.0
-            } else {
-                self.system.slip_after_bounces(phase, &state, (u, ratio), time)
-            };
-            let others = [state.x1 + state.v1 * time, state.v2];
-            let limit = Limit { time, slip: v1, others, ratio, error: time * time };
-            let mut completion = self.completion(&limit, &state, second);
+            let stopped = self.point.monitor.stopped;
+            let bounces = (u, ratio, time);
+            let met = (clock, &state, contact);
+            let leg = &self.point.anchor;
+            let (slip, others) =
+                self.system.after_bounces(&self.motion, leg, met, bounces, stopped);
+            let limit = Limit { time, slip, others, ratio, error: time * time };
+            let mut completion = self.completion(&limit, second, contact);
             if completion.error > self.chatter_tolerance.max(DEFAULT_TOLERANCE) {
                 // g'' so small that the accumulation point is not certain: bounces as low as this
                 // are contact already.
-                let size = state.to_array().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-                let state = self.system.landed(State {
-                    v1: if self.point.monitor.stopped { 0.0 } else { state.v1 },
-                    ..state
-                });
+                let (size, _) = self.system.sizes(&state);
+                let state = self.system.landed(&self.motion, clock, state, contact, stopped);
                 let error = u + CHATTER_NOISE * EPS * size;
                 let time_jump = touch.local_time();
                 completion = Completion { clock, state, time_jump, error, ..completion };
             }
             // A section or the end of the run may lie before it.
             self.point.completion = Some(completion);
+            self.point.contact = contact;
             return None;
         }
-        self.anchor(clock, self.system.landed(touch.state), Phase::Landing);
+        self.land_at(clock, state, contact);
         None
+    }
+
+    /// The bodies are on this contact with g' = 0 from this clock on.
+    pub(super) fn land_at(&mut self, clock: Clock, state: M::State, contact: u32) {
+        let stopped = M::STOPS_SLIP && self.point.monitor.stuck;
+        let state = self.system.landed(&self.motion, clock, state, contact, stopped);
+        let leg = self.system.landing(&self.point.anchor, clock, state, contact, stopped);
+        self.begin_leg(leg);
     }
 
     /// Local time at which a leg ends that lasts to this clock, and whether that is the horizon.
     fn reached_by(&self, clock: Clock) -> (DoubleDouble, bool) {
         let over = clock > self.end;
         let last = if over { self.end } else { clock };
-        (self.motion.drive.until(self.flight.clock, last), over)
+        (self.drive().until(self.flight.clock(), last), over)
     }
 
     /// Decides what follows a landing.
-    pub(super) fn land<O: Observer>(&mut self, observer: &mut O) -> Turn {
-        let super::Anchor { clock, state, .. } = self.point.anchor;
+    pub(super) fn land<O: Observer<M::State>>(&mut self, observer: &mut O) -> Turn<M> {
+        let clock = self.point.anchor.clock;
         let (reached, over) = self.reached_by(clock);
         if over {
             // Time has been moved on.
-            self.pass_sections(reached, over, observer, |_, _| state);
+            let state = self.point.anchor.state.clone();
+            self.pass_sections(reached, over, observer, |_, _| state.clone());
             return Some(Ok(self.stop_at_horizon(state)));
         }
-        let next = self.system.land(self.motion.drive.trig_at(clock), &state);
-        self.continue_with(clock, state, next, false)
+        let follows = self.system.follows(&self.motion, &self.point.anchor);
+        let here = self.point.anchor.clone();
+        self.continue_with(&here, follows, false)
     }
 
-    /// Continues with what follows; `held`: from contact, so that its end is an event.
-    fn continue_with(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
-        let (clock, state) = match self.moved_from_standstill(clock, &state) {
+    /// Continues from `here` with what follows; `held`: from contact, so that its end is an event.
+    pub(super) fn continue_with(
+        &mut self,
+        here: &AnchorOf<M>,
+        follows: Follows<M>,
+        held: bool,
+    ) -> Turn<M> {
+        let (clock, state) = match self.moved_from_standstill(here.clock, &here.state) {
             Ok(Some(moved)) => moved,
-            Ok(None) => return self.enter(clock, state, next, held),
+            Ok(None) => return self.enter(here, follows, held),
             Err(error) => return Some(Err(error)),
         };
+        let leg = self.system.landing(here, clock, state, self.point.contact, false);
         if held && !self.reached_by(clock).1 {
             // What ends a contact is told, wherever time has been moved to.
-            let next = self.system.land(self.motion.drive.trig_at(clock), &state);
-            return self.enter(clock, state, next, held);
+            let follows = self.system.follows(&self.motion, &leg);
+            return self.enter(&leg, follows, held);
         }
-        self.anchor(clock, state, Phase::Landing);
+        self.begin_leg(leg);
         None
     }
 
-    /// The mode that follows, from this clock and state on.
-    fn enter(&mut self, clock: Clock, state: State, next: Next, held: bool) -> Turn {
-        let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
-        let (mode, leg) = match next {
-            Next::Hold(mode) => (Some(mode), Phase::Contact(mode)),
-            Next::Separate => (None, Phase::Flight(FlightStart::Touching)),
-            Next::Release => (None, Phase::Flight(FlightStart::Released)),
-            Next::Painleve => return Some(Ok(self.stop(clock, time, state, StopReason::Painleve))),
-            Next::Jammed => return Some(Ok(self.stop(clock, time, state, StopReason::Jammed))),
+    /// The leg that follows `here`.
+    fn enter(&mut self, here: &AnchorOf<M>, follows: Follows<M>, held: bool) -> Turn<M> {
+        let clock = here.clock;
+        let place = (clock, self.drive().time(clock), self.drive().phase_at(clock));
+        let leg = match follows {
+            Follows::Leg(leg) => leg,
+            Follows::Stops(reason) => {
+                return Some(Ok(self.stop(clock, place.1, here.state.clone(), reason)));
+            }
         };
-        self.anchor(clock, state, leg);
-        if mode.is_none() && !held {
-            return None;
-        }
-        self.point.events += 1;
-        let force = mode.map_or(ContactForce::default(), |mode| self.force(clock, &state, mode));
-        let event = ContactEvent { clock, time, phase, state, mode, force };
-        Some(Ok(match mode {
-            Some(ContactMode::SlidePositive) => Event::SlidePositive(event),
-            Some(ContactMode::SlideNegative) => Event::SlideNegative(event),
-            Some(ContactMode::Stick) => Event::Stick(event),
-            None => Event::Release(event),
-        }))
+        let before = &self.point.anchor;
+        let event = self.system.contact_event(&self.motion, place, before, &leg, held);
+        self.begin_leg(leg);
+        self.point.events += u64::from(event.is_some());
+        event.map(Ok)
     }
 
     /// Counts changes with hardly any progress in time. Where there are too many, rounding decides
     /// between the modes: time is moved on, further each time, but only so far that the gap of a
     /// free motion stays at rounding level. Where that leads nowhere the run fails.
-    fn moved_from_standstill(
+    pub(super) fn moved_from_standstill(
         &mut self,
         clock: Clock,
-        state: &State,
-    ) -> Result<Option<(Clock, State)>, SimulationError> {
-        let span = self.motion.span;
-        let passed = self.motion.drive.until(self.point.anchor.clock, clock).value();
+        state: &M::State,
+    ) -> Result<Option<(Clock, M::State)>, SimulationError> {
+        let span = M::span(&self.motion);
+        let passed = self.drive().until(self.point.anchor.clock, clock).value();
         if passed > STANDSTILL_TIME * span {
             (self.point.standstill, self.point.moves) = (0, 0);
         }
@@ -176,117 +183,20 @@ impl Simulation {
         }
         self.point.standstill = 0;
         self.point.moves += 1;
-        let flight = self.motion.flight(clock, *state);
-        let gap = self.motion.contact_gap(&flight);
-        let level = EPS * state.x1.abs().max(state.x2.abs()).max(1.0);
+        let flight = self.flight_from(clock, state.clone());
+        let [second, third] = self.system.gap_jet(&self.motion, &flight, self.point.contact);
+        let level = EPS * self.system.extent(state);
         let time = (EPS * 2f64.powi(self.point.moves.min(64) as i32))
             .min(RELEASE_PROBE.1)
-            .min((2.0 * level / gap.second.abs()).sqrt() / span)
-            .min((6.0 * level / gap.third.abs()).cbrt() / span);
+            .min((2.0 * level / second.abs()).sqrt() / span)
+            .min((6.0 * level / third.abs()).cbrt() / span);
         if self.point.moves >= MOST_MOVES && time < SHORTEST_MOVE {
             return Err(self.fail(true));
         }
         let time = span * time.max(EPS);
-        let later = self.motion.drive.advance(clock, DoubleDouble::new(time));
-        let moved = self.motion.state_at(&flight, time);
-        Ok(Some((later, self.system.landed(moved))))
-    }
-
-    fn force(&self, clock: Clock, state: &State, mode: ContactMode) -> ContactForce {
-        self.system.contact_force(self.motion.drive.trig_at(clock), state, mode)
-    }
-
-    /// One step of a contact phase.
-    pub(super) fn hold<O: Observer>(&mut self, mode: ContactMode, observer: &mut O) -> Turn {
-        if mode == ContactMode::Stick { self.stick(observer) } else { self.slide(mode, observer) }
-    }
-
-    fn slide<O: Observer>(&mut self, mode: ContactMode, observer: &mut O) -> Turn {
-        let super::Anchor { clock, state, .. } = self.point.anchor;
-        let step = self.system.slide(self.motion.drive.trig_at(clock), &state, mode);
-        if step.stalls(self.motion.span) {
-            return Some(Err(self.fail(true)));
-        }
-        if !step.is_finite() {
-            // Either the force grows beyond all bounds where the tip's reach ends, or the loads do.
-            if step.is_at_reach() {
-                return self.continue_with(clock, state, self.system.no_force_fits(&state), true);
-            }
-            return Some(Err(self.fail(false)));
-        }
-        let (reached, cause) = step.end();
-        let over = self.horizon_before(reached, 0.0, false);
-        let state_at = |this: &Self, s: DoubleDouble| {
-            let (x1, v1) = step.at(s.value());
-            this.system.on_contact(x1, v1)
-        };
-        let last = over.unwrap_or(DoubleDouble::new(reached));
-        self.pass_sections(last, over.is_some(), observer, state_at);
-        if let Some(end) = over {
-            let state = state_at(self, end.not_negative());
-            return Some(Ok(self.stop_at_horizon(state)));
-        }
-        let clock = self.clock_after(reached, 0.0);
-        let state = state_at(self, DoubleDouble::new(reached));
-        if !state.is_finite() {
-            return Some(Err(self.fail(false)));
-        }
-        match cause {
-            // Short steps of a fast slide are progress; none at all is not.
-            SlideEnd::Continues if reached > EPS * step.unit() => {
-                self.anchor(clock, state, Phase::Contact(mode));
-                None
-            }
-            SlideEnd::Continues | SlideEnd::Side => {
-                let (clock, state) = match self.moved_from_standstill(clock, &state) {
-                    Ok(moved) => moved.unwrap_or((clock, state)),
-                    Err(error) => return Some(Err(error)),
-                };
-                self.anchor(clock, state, Phase::Contact(mode));
-                None
-            }
-            SlideEnd::Released => self.continue_with(clock, state, Next::Release, true),
-            SlideEnd::Stopped => {
-                let state = self.system.on_contact(state.x1, 0.0);
-                let next = self.system.land(self.motion.drive.trig_at(clock), &state);
-                self.continue_with(clock, state, next, true)
-            }
-            SlideEnd::Painleve => {
-                self.continue_with(clock, state, self.system.no_force_fits(&state), true)
-            }
-        }
-    }
-
-    fn stick<O: Observer>(&mut self, observer: &mut O) -> Turn {
-        let super::Anchor { clock, state, .. } = self.point.anchor;
-        let change = self.system.stick(&state).next_change(self.motion.drive.trig_at(clock));
-        if change.is_none() && matches!(self.horizon, Horizon::Impacts { .. }) {
-            return Some(Ok(self.stop(
-                clock,
-                self.motion.drive.time(clock),
-                state,
-                StopReason::Rest,
-            )));
-        }
-        // A rest for ever goes on in pieces, so that the caller is asked now and then.
-        let reached = change.map_or(REST_TURNS * self.motion.span, |(time, _)| time);
-        let over = self.horizon_before(reached, 0.0, false);
-        let last = over.unwrap_or(DoubleDouble::new(reached));
-        self.pass_sections(last, over.is_some(), observer, |_, _| state);
-        if over.is_some() {
-            return Some(Ok(match change {
-                Some(_) => self.stop_at_horizon(state),
-                None => self.stop_at_end(state, StopReason::Rest),
-            }));
-        }
-        let clock = self.clock_after(reached, 0.0);
-        if let Some((_, next)) = change {
-            return self.continue_with(clock, state, next, true);
-        }
-        self.anchor(clock, state, Phase::Contact(ContactMode::Stick));
-        None
+        let later = self.drive().advance(clock, DoubleDouble::new(time));
+        let moved = M::state_at(&self.motion, &flight, time);
+        let contact = self.point.contact;
+        Ok(Some((later, self.system.landed(&self.motion, later, moved, contact, false))))
     }
 }
-
-/// Local flights' spans by which a rest for ever is carried on at a time.
-const REST_TURNS: f64 = 256.0;

@@ -87,13 +87,13 @@ pub struct ContactEvent {
 
 /// The end of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StopEvent {
+pub struct StopEvent<S = State> {
     /// Periods and time in the period.
     pub clock: Clock,
     /// Time since the start of the run.
     pub time: f64,
     /// State at the end.
-    pub state: State,
+    pub state: S,
     /// Why the run stopped.
     pub reason: StopReason,
 }
@@ -121,6 +121,12 @@ pub enum Event {
 }
 
 impl Event {
+    /// The impact, if it is one.
+    #[must_use]
+    pub fn into_impact(self) -> Option<ImpactEvent> {
+        if let Self::Impact(impact) = self { Some(impact) } else { None }
+    }
+
     /// Periods and time in the period.
     #[must_use]
     pub fn clock(&self) -> Clock {
@@ -163,6 +169,13 @@ pub enum StopReason {
     /// A number left the range of floats, or no contact could be decided: of what was done up to
     /// there.
     Failed,
+    /// Stops that see each other are struck at one instant, or one while another is closed, and
+    /// `simultaneous` gives no rule for it.
+    Simultaneous,
+    /// Impacts at one instant follow one another beyond counting.
+    SequenceCap,
+    /// Contact lasts with friction at one stop, and at another one that sees it.
+    SeveralFrictional,
     /// The caller wished it, and nothing else.
     Interrupted,
 }
@@ -187,6 +200,9 @@ impl StopReason {
             Self::Jammed => "jammed",
             Self::LawFailed => "law_failed",
             Self::Failed => "failed",
+            Self::Simultaneous => "simultaneous",
+            Self::SequenceCap => "sequence_cap",
+            Self::SeveralFrictional => "several_frictional",
             Self::Interrupted => "interrupted",
         }
     }

@@ -2,34 +2,39 @@
 
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
-use super::{Anchor, Checkpoint, Completion, FlightStart, Observer, Phase, Simulation, Turn};
-use crate::contact::chatter::{Bounce, Limit};
-use crate::contact::sustained::Next;
-use crate::flight::Flight;
-use crate::flight::gap::first_contact;
-use crate::flight::{Found, Touch};
-use crate::impact::{self, Impact, ImpactFailure, PreImpact, RegimeKind};
-use crate::model::angle::Angle;
-use crate::model::error::SimulationError;
-use crate::model::parameters::System;
-use crate::model::state::{Clock, State};
+use super::model::{ChatterView, NotStruck, Struck};
+use super::{
+    Anchor, AnchorOf, Checkpoint, Completion, FlightStart, Leg, Model, ModelEvent, Observer,
+    Simulation, Turn,
+};
+use crate::contact::chatter::Limit;
+use crate::model::state::{Clock, ModelState};
 use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes;
 use crate::search::Start;
-use crate::simulate::event::{Event, GrazeEvent, ImpactEvent, StopReason};
+use crate::search::first_contact::{Found, Touch};
+use crate::simulate::event::StopReason;
 use crate::simulate::tolerances::{
     CHATTER_LEADING_RTOL, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
 };
 
-impl Simulation {
+impl<M: Model> Simulation<M> {
     /// One local flight, and the impact that ends it.
-    pub(super) fn fly<O: Observer>(&mut self, began: FlightStart, observer: &mut O) -> Turn {
+    pub(super) fn fly<O: Observer<M::State>>(
+        &mut self,
+        began: FlightStart,
+        observer: &mut O,
+    ) -> Turn<M> {
         lanes::narrow(FlightStep { simulation: self, began, observer })
     }
 
     #[inline(always)]
-    fn fly_to_impact<O: Observer>(&mut self, began: FlightStart, observer: &mut O) -> Turn {
+    fn fly_to_impact<O: Observer<M::State>>(
+        &mut self,
+        began: FlightStart,
+        observer: &mut O,
+    ) -> Turn<M> {
         let found = self.search(began);
         let (time, offset) = match found {
             Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch) => {
@@ -37,7 +42,7 @@ impl Simulation {
             }
             Found::Clear(time) => (time, 0.0),
             // The law as printed creates energy without bound.
-            Found::NotFinite | Found::Stalled if !self.system.law.is_coulomb() => {
+            Found::NotFinite | Found::Stalled if self.system.diverges_by_law() => {
                 return Some(Ok(self.stop_here(StopReason::LawFailed)));
             }
             Found::NotFinite => return Some(Err(self.fail(false))),
@@ -49,12 +54,12 @@ impl Simulation {
         if let Some(end) = over {
             // A run that goes on uses what was found.
             self.found = Some(found);
-            let state = self.motion.state_within(&self.flight, end.not_negative());
+            let state = M::state_within(&self.motion, &self.flight, end.not_negative());
             return Some(Ok(self.stop_at_horizon(state)));
         }
         match found {
-            Found::Contact(touch) => self.strike(&touch, observer),
-            Found::Graze(touch) | Found::Resting(touch) if !is_finite(&touch) => {
+            Found::Contact(touch) => M::meet(self, &touch, observer),
+            Found::Graze(touch) | Found::Resting(touch) if !self.is_finite(&touch) => {
                 Some(Err(self.fail(false)))
             }
             Found::Graze(touch) => self.graze(&touch),
@@ -64,7 +69,7 @@ impl Simulation {
                 self.point.elapsed = elapsed + DoubleDouble::new(time);
                 self.point.grazed = None;
                 self.enter_flight();
-                if self.flight.state.is_finite() {
+                if self.flight.state().is_finite() {
                     return None;
                 }
                 // The failure is reported at the last finite state.
@@ -73,6 +78,10 @@ impl Simulation {
                 Some(Err(self.fail(false)))
             }
         }
+    }
+
+    fn is_finite(&self, touch: &Touch<M::Touched>) -> bool {
+        M::touched(&self.motion, &self.flight, touch).is_finite() && touch.local_time().is_finite()
     }
 
     /// Local time of the horizon if it lies before this one, at which the bodies may strike: told
@@ -89,7 +98,7 @@ impl Simulation {
         }
         let end = self.horizon_in_leg();
         let (reached, last) = (time + offset, end.value());
-        let level = EPS * (4.0 * (reached.abs() + last.abs()) + self.motion.drive.period.hi);
+        let level = EPS * (4.0 * (reached.abs() + last.abs()) + self.drive().period.hi);
         // An impact at the very end, to rounding, belongs to the run.
         let over = if !strikes && (reached - last).abs() < level {
             self.clock_at(time, offset) > self.end
@@ -101,23 +110,35 @@ impl Simulation {
 
     /// Starts the present local flight, from the anchor without accumulating rounding.
     pub(super) fn enter_flight(&mut self) {
-        let Anchor { clock, state, .. } = self.point.anchor;
+        let Anchor { clock, ref state, .. } = self.point.anchor;
         self.found = None;
-        self.flight = self.motion.flight(clock, state);
+        self.flight = self.flight_from(clock, state.clone());
         let elapsed = self.point.elapsed;
         if elapsed.hi > 0.0 {
-            let state = self.motion.state_after(&self.flight, elapsed);
-            self.flight = self.motion.flight(self.motion.drive.advance(clock, elapsed), state);
+            let state = M::state_after(&self.motion, &self.flight, elapsed);
+            self.flight = self.flight_from(self.drive().advance(clock, elapsed), state);
         }
     }
 
+    /// A local flight of the present leg.
     #[inline(always)]
-    fn search(&mut self, began: FlightStart) -> Found {
+    pub(super) fn flight_from(&self, clock: Clock, state: M::State) -> M::Flight {
+        self.system.flight(&self.motion, &self.point.anchor, clock, state)
+    }
+
+    #[inline(always)]
+    fn search(&mut self, began: FlightStart) -> Found<M::Touched> {
         if let Some(found) = self.found {
             return found;
         }
         let start = self.start(began);
-        let report = first_contact(&self.motion, &self.flight, start, self.motion.span);
+        let report = self.system.search(
+            &self.motion,
+            &self.point.anchor,
+            &self.flight,
+            start,
+            self.point.contact,
+        );
         self.evaluations += report.evaluations;
         self.checked_against_graze(report.found)
     }
@@ -125,10 +146,10 @@ impl Simulation {
     /// What was found, if its last step is one within a local flight, and not before the graze from
     /// which the flight goes on.
     #[inline(always)]
-    pub(super) fn checked_against_graze(&self, found: Found) -> Found {
+    pub(super) fn checked_against_graze(&self, found: Found<M::Touched>) -> Found<M::Touched> {
         match found {
             Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
-                if touch.offset.abs() > self.motion.span || touch.local_time().is_nan() =>
+                if touch.offset.abs() > M::span(&self.motion) || touch.local_time().is_nan() =>
             {
                 Found::NotFinite
             }
@@ -138,7 +159,7 @@ impl Simulation {
     }
 
     #[inline(never)]
-    fn after_graze(&self, mut found: Found) -> Found {
+    fn after_graze(&self, mut found: Found<M::Touched>) -> Found<M::Touched> {
         if let (Some(hi), Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)) =
             (self.point.grazed, &mut found)
         {
@@ -161,93 +182,53 @@ impl Simulation {
         }
     }
 
-    /// Impact at the end of a flight.
+    /// Clock of an impact at a local time.
     #[inline(always)]
-    pub(super) fn strike<O: Observer>(&mut self, touch: &Touch, observer: &mut O) -> Turn {
-        // g = 0 to rounding: the state is moved onto it, so that rounding does not add up.
-        let (pre, angle) = self.system.touching_at(touch.state);
-        self.strike_from((touch.time, touch.offset), pre, angle, touch.gap.rate, observer)
-    }
-
-    /// Impact of a start on the contact that approaches.
-    pub(super) fn strike_at_start<O: Observer>(&mut self, observer: &mut O) -> Turn {
-        let pre = self.point.anchor.state;
-        let rate = self.system.approach_velocity(&pre);
-        self.strike_from((0.0, 0.0), pre, self.system.contact.angle(pre.x1), rate, observer)
-    }
-
-    /// Impact at a local time, and a new flight.
-    #[inline(always)]
-    fn strike_from<O: Observer>(
-        &mut self,
-        (time, offset): (f64, f64),
-        pre: State,
-        angle: Angle,
-        rate: f64,
-        observer: &mut O,
-    ) -> Turn {
+    pub(super) fn impact_clock(&self, time: f64, offset: f64) -> Clock {
         let mut clock = self.clock_at(time, offset);
-        clock.residual = self.motion.drive.ticked(clock.residual);
-        let mut velocities = PreImpact::at(angle, &pre);
-        if velocities.approach_velocity() <= 0.0 {
-            // The approach velocity is below rounding; the search's own is positive.
-            velocities.v2 = velocities.v1 * velocities.cos - rate.max(f64::MIN_POSITIVE);
-        }
-        let impact = match impact::resolve(&self.system, &velocities) {
-            Ok(impact) => impact,
-            Err(failure) => {
-                let reason = match failure {
-                    ImpactFailure::Jammed => StopReason::Jammed,
-                    ImpactFailure::LawFailed => StopReason::LawFailed,
-                };
-                return Some(Ok(self.stop(clock, self.motion.drive.time(clock), pre, reason)));
+        clock.residual = self.drive().ticked(clock.residual);
+        clock
+    }
+
+    /// An impact at this clock has happened, or not.
+    #[inline(always)]
+    pub(super) fn rebound<O: Observer<M::State>>(
+        &mut self,
+        clock: Clock,
+        struck: Result<Struck<M>, NotStruck<M>>,
+        observer: &mut O,
+    ) -> Turn<M> {
+        let Struck { pre, impact, flight, phase, touching } = match struck {
+            Ok(struck) => struck,
+            Err(NotStruck::NotFinite) => return Some(Err(self.fail(false))),
+            Err(NotStruck::Stops(reason, pre)) => {
+                return Some(Ok(self.stop(clock, self.drive().time(clock), pre, reason)));
             }
         };
-        let post = State { v1: impact.v1_post, v2: impact.v2_post, ..pre };
-        if !(post.is_finite() && impact.is_finite()) {
-            return Some(Err(self.fail(false)));
-        }
-        self.flight = self.motion.flight_at(clock, post, angle);
-        let turn = self.rebound(pre, impact, observer);
-        // Where flight and contact both fit, neither is chosen (docs/theory.md, section 5).
-        if impact.ends_at_rest() && self.system.has_no_contact_force(self.flight.start, &post) {
-            self.point.anchor.phase = Phase::Landing;
-        }
-        turn
-    }
-
-    /// An impact has happened, and the present flight begins.
-    #[inline(always)]
-    fn rebound<O: Observer>(&mut self, pre: State, impact: Impact, observer: &mut O) -> Turn {
-        let Flight { clock, state, .. } = self.flight;
-        if self.leave(clock, state, impact.regime.kind(), impact.approach_velocity) {
-            self.complete_chatter_if_certain(&impact);
+        self.flight = flight;
+        let view = self.system.chatter_view(&impact);
+        if self.leave(Anchor { clock, state: self.flight.state().clone(), phase, touching }, &view)
+        {
+            self.complete_chatter_if_certain(&view);
         }
         // The clock may have moved on.
-        let skipped = observer.skips(self.flight.clock, &state);
+        let skipped = observer.skips(self.flight.clock(), self.flight.state());
         (!skipped).then(|| Ok(self.record(pre, impact)))
     }
 
-    /// The present flight begins at this clock and state, with an impact; whether chatter may have
-    /// begun.
+    /// The present flight begins this leg, with an impact; whether chatter may have begun.
     #[inline(always)]
-    pub(super) fn leave(
-        &mut self,
-        clock: Clock,
-        state: State,
-        regime: RegimeKind,
-        approach_velocity: f64,
-    ) -> bool {
-        self.point.anchor = Anchor::after_impact(clock, state);
+    pub(super) fn leave(&mut self, leg: AnchorOf<M>, view: &ChatterView) -> bool {
+        let clock = leg.clock;
+        self.point.anchor = leg;
         self.point.elapsed = DoubleDouble::ZERO;
         self.point.grazed = None;
         self.found = None;
         self.point.impacts += 1;
         self.point.events += 1;
         self.point.standstill = 0;
-        let restitution = self.system.restitution;
-        let chatters =
-            self.point.monitor.observe(regime, approach_velocity, restitution) && self.completes;
+        let &ChatterView { regime, approach, restitution, .. } = view;
+        let chatters = self.point.monitor.observe(regime, approach, restitution) && self.completes;
         if let Some(recurrence) = &mut self.recurrence
             && recurrence.may_repeat(clock)
         {
@@ -258,72 +239,56 @@ impl Simulation {
 
     /// The impact from which the present flight has begun.
     #[inline(always)]
-    pub(super) fn record(&self, pre: State, impact: Impact) -> Event {
-        let Flight { clock, state: post, .. } = self.flight;
+    pub(super) fn record(&self, pre: M::State, impact: M::Impact) -> M::Event {
+        let clock = self.flight.clock();
         // To rounding it is at the end, and belongs there.
         let clock = if clock > self.end { self.end } else { clock };
-        let (time, phase) = (self.motion.drive.time(clock), self.motion.drive.phase_at(clock));
-        Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact })
+        let place = (clock, self.drive().time(clock), self.drive().phase_at(clock));
+        M::impact_event(place, pre, self.flight.state().clone(), impact)
     }
 
     /// Skips the impacts that follow, if they are chatter.
     #[inline(never)]
-    pub(super) fn complete_chatter_if_certain(&mut self, impact: &Impact) {
-        self.point.completion = self.chatter_ahead(self.flight.clock, impact);
+    pub(super) fn complete_chatter_if_certain(&mut self, view: &ChatterView) {
+        self.point.completion = self.chatter_ahead(self.flight.clock(), view);
+        self.point.contact = view.contact;
     }
 
     /// The end of chatter, if it is known within the tolerance and contact follows.
-    fn chatter_ahead(&mut self, clock: Clock, impact: &Impact) -> Option<Completion> {
-        let post = self.point.anchor.state;
-        let drive = &self.motion.drive;
-        let upper = |x1: f64| self.system.contact.angle(x1).sin > 0.0;
-        let bounce = Bounce {
-            regime: impact.regime.kind(),
-            separation: -impact.separation_velocity,
-            clock,
-            slip: post.v1,
-            upper: upper(post.x1),
-            others: [post.x1, post.v2],
-        };
-        let limit = self.point.monitor.extrapolate(drive, &bounce)?;
-        if bounce.regime == RegimeKind::Slip && upper(limit.others[0]) != bounce.upper {
+    fn chatter_ahead(&mut self, clock: Clock, view: &ChatterView) -> Option<Completion<M::State>> {
+        let bounce = self.system.bounce(view, clock, &self.point.anchor.state);
+        let limit = self.point.monitor.extrapolate(M::drive(&self.motion), &bounce)?;
+        if !self.system.keeps_side(&bounce, &limit) {
             return None;
         }
-        let gap = self.motion.contact_gap(&self.flight);
-        if gap.second <= 0.0 {
+        let [second, _] = self.system.gap_jet(&self.motion, &self.flight, view.contact);
+        if second <= 0.0 {
             return None;
         }
-        let leading = 2.0 * -impact.separation_velocity / (gap.second * (1.0 - limit.ratio));
+        let leading = 2.0 * view.separation / (second * (1.0 - limit.ratio));
         let agrees = (limit.time - leading).abs() <= CHATTER_LEADING_RTOL * limit.time;
-        if !agrees || limit.time > self.motion.span {
+        if !agrees || limit.time > M::span(&self.motion) {
             return None;
         }
-        let completion = self.completion(&limit, &post, gap.second);
+        let completion = self.completion(&limit, second, view.contact);
         if completion.error > self.chatter_tolerance.min(LOOSEST_COMPLETION) {
             return None;
         }
-        let phase = self.motion.drive.trig_at(completion.clock);
-        let holds = matches!(self.system.land(phase, &completion.state), Next::Hold(_));
-        holds.then_some(completion)
+        let end = self.accumulation(&completion, view.contact);
+        self.system.holds(&self.motion, &end).then_some(completion)
     }
 
     /// The accumulation point that lies `limit` after the start of the present flight.
-    pub(super) fn completion(&self, limit: &Limit, post: &State, second: f64) -> Completion {
-        let drive = &self.motion.drive;
-        let clock = drive.advance(self.flight.clock, DoubleDouble::new(limit.time));
-        let size = post.to_array().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        // A rounded x1 turns x1' cos x1 by |x1 x1'| roundings.
-        let speed = post.v1.abs() * (1.0 + post.x1.abs()) + post.v2.abs();
-        let mut error = limit.error + limit.rounding(size, speed, second);
-        let (x1, v1) = (limit.others[0], limit.slip);
-        let state = if self.system.is_wall() {
-            // The wall's own motion, which x1' = x2'/cos x1 magnifies.
-            error /= self.system.tip_slope(x1).powi(2);
-            let free = self.motion.state_at(&self.flight, limit.time);
-            self.system.landed(State { x1, v1, ..free })
-        } else {
-            self.system.on_contact(x1, v1)
-        };
+    pub(super) fn completion(
+        &self,
+        limit: &Limit<M::Others>,
+        second: f64,
+        contact: u32,
+    ) -> Completion<M::State> {
+        let clock = self.drive().advance(self.flight.clock(), DoubleDouble::new(limit.time));
+        let (size, speed) = self.system.sizes(&self.point.anchor.state);
+        let (state, divisor) = self.system.limit_state(&self.motion, &self.flight, limit, contact);
+        let error = (limit.error + limit.rounding(size, speed, second)) / divisor;
         let resolution = EPS * clock.time_in_period.max(1.0);
         Completion {
             clock,
@@ -334,93 +299,92 @@ impl Simulation {
         }
     }
 
-    fn graze(&mut self, touch: &Touch) -> Turn {
-        let (clock, time, phase) = self.place(touch.time, touch.offset);
-        let state = touch.state;
-        let pre = PreImpact::new(self.system.contact, &state);
-        if impact::approach_grows(&self.system, &pre) {
+    fn graze(&mut self, touch: &Touch<M::Touched>) -> Turn<M> {
+        let place = self.place(touch.time, touch.offset);
+        let state = M::touched(&self.motion, &self.flight, touch);
+        if self.system.grazes_undecidably(&state, &touch.state) {
+            let (clock, time, _) = place;
             return Some(Ok(self.stop(clock, time, state, StopReason::UndecidableGraze)));
         }
         let before = self.point.grazed.unwrap_or(f64::NEG_INFINITY);
-        if touch.local_time() <= before + STANDSTILL_TIME * self.motion.span {
+        if touch.local_time() <= before + STANDSTILL_TIME * M::span(&self.motion) {
             // The gap stays at rounding level: such grazes do not follow one another for ever.
             self.point.standstill += 1;
             if self.point.standstill > STANDSTILL_EVENTS {
-                self.anchor(clock, self.system.landed(state), Phase::Landing);
+                self.land_at(place.0, state, M::contact_of(&touch.state));
                 return None;
             }
         }
         let DoubleDouble { hi, lo } = DoubleDouble::sum(touch.time, touch.offset);
         (self.point.grazed, self.point.grazed_rest) = (Some(hi), lo);
+        self.point.contact = M::contact_of(&touch.state);
         self.point.events += 1;
         self.found = None;
-        let gap_acceleration = touch.gap.second;
-        Some(Ok(Event::Graze(GrazeEvent { clock, time, phase, state, gap_acceleration })))
+        Some(Ok(M::graze_event(place, state, touch)))
     }
 
     /// The state at local time `s` inside a chatter sequence that is skipped: its hops one by one
     /// from the last impact.
-    pub(super) fn hop(&self, completion: &Completion, s: f64) -> State {
-        let target = self.motion.drive.advance(self.flight.clock, DoubleDouble::new(s));
-        let (state, _) = hops(&self.system, self.point.anchor, target);
-        state.unwrap_or_else(|| completion.state.earlier(completion.time_jump - s))
+    pub(super) fn hop(&self, completion: &Completion<M::State>, s: f64) -> M::State {
+        let target = self.drive().advance(self.flight.clock(), DoubleDouble::new(s));
+        let (state, _) = hops(&self.system, self.point.anchor.clone(), target);
+        state.unwrap_or_else(|| completion.state.clone().earlier(completion.time_jump - s))
     }
 }
 
-fn is_finite(touch: &Touch) -> bool {
-    touch.state.is_finite() && touch.local_time().is_finite()
-}
-
 /// A flight and the usual events at its end, compiled for each set of vector instructions.
-struct FlightStep<'a, O> {
-    simulation: &'a mut Simulation,
+struct FlightStep<'a, M: Model, O> {
+    simulation: &'a mut Simulation<M>,
     began: FlightStart,
     observer: &'a mut O,
 }
 
-impl<O: Observer> pulp::NullaryFnOnce for FlightStep<'_, O> {
-    type Output = Turn;
+impl<M: Model, O: Observer<M::State>> pulp::NullaryFnOnce for FlightStep<'_, M, O> {
+    type Output = Turn<M>;
 
     #[inline(always)]
-    fn call(self) -> Turn {
+    fn call(self) -> Turn<M> {
         self.simulation.fly_to_impact(self.began, self.observer)
     }
 }
 
 /// State at `target` by single hops, `None` if the bodies come to rest before; and the last hop's
 /// start, from which a later time can go on.
-pub(crate) fn hops(system: &System, anchor: Anchor, target: Clock) -> (Option<State>, Anchor) {
+pub(crate) fn hops<M: Model>(
+    system: &M,
+    anchor: AnchorOf<M>,
+    target: Clock,
+) -> (Option<M::State>, AnchorOf<M>) {
+    let mut last = anchor.clone();
     let mut simulation = Simulation::hopping(system, anchor, target);
-    let mut last = anchor;
     loop {
         match simulation.advance(&mut ()) {
-            Some(Ok(Event::Impact(_))) => last = simulation.point.anchor,
-            Some(Ok(Event::Graze(_))) => {}
-            Some(Ok(Event::Stop(stop))) => return (Some(stop.state), last),
+            Some(Ok(event)) if event.is_hop() => {
+                if event.is_impact() {
+                    last = simulation.point.anchor.clone();
+                }
+            }
+            Some(Ok(event)) => return (event.as_stop().map(|stop| stop.state.clone()), last),
             _ => return (None, last),
         }
     }
 }
 
 /// The impacts of single hops up to `target`, or until the bodies come to rest.
-pub(crate) fn impacts_hop_by_hop(
-    system: &System,
-    anchor: Anchor,
+pub(crate) fn impacts_hop_by_hop<M: Model>(
+    system: &M,
+    anchor: AnchorOf<M>,
     target: Clock,
-) -> impl Iterator<Item = ImpactEvent> {
-    let is_hop = |event: &Result<Event, SimulationError>| {
-        matches!(event, Ok(Event::Impact(_) | Event::Graze(_)))
-    };
-    Simulation::hopping(system, anchor, target).take_while(is_hop).filter_map(|event| match event {
-        Ok(Event::Impact(impact)) => Some(impact),
-        _ => None,
-    })
+) -> impl Iterator<Item = M::Event> {
+    Simulation::hopping(system, anchor, target)
+        .map_while(|event| event.ok().filter(ModelEvent::is_hop))
+        .filter(ModelEvent::is_impact)
 }
 
-impl Simulation {
+impl<M: Model> Simulation<M> {
     /// A simulation that resolves chatter, hop by hop.
-    fn hopping(system: &System, anchor: Anchor, target: Clock) -> Self {
-        let mut simulation = Self::from_checkpoint(system, &Checkpoint::at(anchor));
+    pub(crate) fn hopping(system: &M, anchor: AnchorOf<M>, target: Clock) -> Self {
+        let mut simulation = Self::from_checkpoint(system, Checkpoint::at(anchor));
         (simulation.completes, simulation.end) = (false, target);
         simulation.max_events = u64::MAX;
         simulation

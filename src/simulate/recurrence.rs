@@ -7,9 +7,9 @@
 //! moves on by whole cycles, and the records of a cycle are copied (run/kept.rs). The results have
 //! the same bits.
 
-use super::{Horizon, Simulation};
+use super::{Horizon, Leg, Model, Simulation};
 use crate::contact::chatter::ChatterKey;
-use crate::model::state::{Clock, State};
+use crate::model::state::Clock;
 
 /// A reference is compared with at least so many impacts, and with at least one in so many of all
 /// impacts so far. Cycles up to that length are found soon after the motion has settled.
@@ -18,10 +18,10 @@ const PART: u64 = 8;
 
 /// Looks for an impact with the numbers of an earlier one, the reference.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Recurrence {
+pub(super) struct Recurrence<B> {
     /// Drive period up to which nothing is kept.
     until: i64,
-    reference: Reference,
+    reference: Reference<B>,
     /// Impacts since the reference, and the number of them at which it is changed.
     age: u64,
     limit: u64,
@@ -33,8 +33,8 @@ pub(super) struct Recurrence {
 /// All that the motion after an impact depends on, except the number of drive periods. (Whether a
 /// plastic impact is followed by contact follows from the state and the chatter_key.)
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Numbers {
-    state: [u64; 4],
+struct Numbers<B> {
+    state: B,
     time_in_period: u64,
     residual: u64,
     chatter_key: ChatterKey,
@@ -43,8 +43,8 @@ struct Numbers {
 
 /// The numbers of an impact, and how far the simulation was.
 #[derive(Debug, Clone, Copy)]
-struct Reference {
-    numbers: Option<Numbers>,
+struct Reference<B> {
+    numbers: Option<Numbers<B>>,
     time_in_period: u64,
     period: i64,
     impacts: u64,
@@ -62,7 +62,7 @@ pub(crate) struct Cycle {
     pub events: u64,
 }
 
-impl Recurrence {
+impl<B> Recurrence<B> {
     /// Whether the present impact, at this clock, may be the reference, or is to be the next one.
     #[inline(always)]
     #[allow(clippy::inline_always)]
@@ -78,7 +78,7 @@ impl Recurrence {
     }
 }
 
-impl Simulation {
+impl<M: Model> Simulation<M> {
     /// Nothing is kept before this drive period: a motion that repeats is moved on up to there, and
     /// from there on [`Self::repeats`] tells of it.
     pub(crate) fn skips_repeats_until(&mut self, period: i64) {
@@ -92,15 +92,14 @@ impl Simulation {
         };
         let (age, limit, found) = (0, FEWEST, None);
         let recurrence = Recurrence { until: period, reference, age, limit, found };
-        self.recurrence = self.motion.drive.has_period().then_some(recurrence);
+        self.recurrence = self.drive().has_period().then_some(recurrence);
     }
 
     /// The numbers of the present impact.
-    fn numbers(&self) -> Option<Numbers> {
-        let State { x1, v1, x2, v2 } = self.point.anchor.state;
+    fn numbers(&self) -> Option<Numbers<M::Bits>> {
         let Clock { time_in_period, residual, .. } = self.point.anchor.clock;
         Some(Numbers {
-            state: [x1, v1, x2, v2].map(f64::to_bits),
+            state: M::bits(&self.point.anchor),
             time_in_period: time_in_period.to_bits(),
             residual: residual.to_bits(),
             chatter_key: self.point.monitor.chatter_key()?,
@@ -112,13 +111,13 @@ impl Simulation {
     /// nothing is kept the clock then moves on by whole cycles.
     #[inline(never)]
     pub(super) fn look_for_repeat(&mut self) {
-        let Some(mut recurrence) = self.recurrence else { return };
+        let Some(mut recurrence) = self.recurrence.take() else { return };
         let period = self.point.anchor.clock.period;
         let is_kept = period >= recurrence.until;
         if is_kept && recurrence.reference.period < recurrence.until {
             recurrence.restart();
         }
-        let (numbers, reference) = (self.numbers(), recurrence.reference);
+        let (numbers, reference) = (self.numbers(), &recurrence.reference);
         let cycle = Cycle {
             periods: period - reference.period,
             impacts: self.point.impacts - reference.impacts,
@@ -188,7 +187,7 @@ impl Simulation {
         self.point.impacts += times.unsigned_abs() * cycle.impacts;
         self.point.events += times.unsigned_abs() * cycle.events;
         self.point.anchor.clock.period += shift;
-        self.flight.clock.period += shift;
+        self.flight.later_by(shift);
     }
 }
 

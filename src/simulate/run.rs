@@ -5,33 +5,44 @@ mod bounces;
 mod collection;
 mod collector;
 mod kept;
+mod leg;
 mod legs;
+mod oblique;
 mod options;
+mod progress;
+mod recorded;
+mod structure;
+mod structure_audit;
+mod together;
 
 pub use audit::EnergyAudit;
 pub use bounces::{Bounces, BouncesEnd};
 pub(crate) use collection::Collection;
 pub(crate) use collector::Collector;
 pub use options::RunOptions;
+#[cfg_attr(not(feature = "python"), expect(unused_imports))]
+pub(crate) use progress::Tables;
+pub use recorded::{Recorded, Row};
+pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
+pub use structure_audit::StructureAudit;
+pub(crate) use together::{Together, run_together};
 
 use serde::{Deserialize, Serialize};
 
 use crate::contact::sustained::ContactMode;
-use crate::flight::{Apart, Drive, stays_apart};
+use crate::flight::{Apart, stays_apart};
 use crate::model::error::{ParameterError, SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::event::{
-    ContactRecord, EventRecord, GrazeRecord, ImpactRecord, StopEvent, StopReason,
-};
+use crate::simulate::event::{EventRecord, StopEvent, StopReason};
 use crate::simulate::tolerances::DEFAULT_MAX_EVENTS;
-use crate::simulate::{Anchor, Checkpoint, Simulation, run_batch};
+use crate::simulate::{Anchor, AnchorOf, CheckpointOf, Simulation};
 
 /// Why a run could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum RunError {
+pub enum RunError<M: Recorded = System> {
     /// Bad option.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
@@ -44,47 +55,48 @@ pub enum RunError {
         /// What failed, where.
         error: SimulationError,
         /// The run up to there; its stop reason is [`StopReason::Failed`].
-        done: Box<Run>,
+        done: Box<Run<M>>,
     },
 }
 
 /// State at the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct FinalState {
+pub struct FinalState<S = State, K = ContactMode> {
     /// The state, after the impact if one falls on that instant.
-    pub state: State,
+    pub state: S,
     /// Periods and time in the period.
     pub clock: Clock,
     /// Time since the start.
     pub time: f64,
     /// Contact mode; `None` in flight.
-    pub mode: Option<ContactMode>,
+    pub mode: Option<K>,
 }
 
 /// A run: what was kept, how it ended, and what is needed to go on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Run {
+#[serde(bound(serialize = "M: Serialize", deserialize = "M: Deserialize<'de>"))]
+pub struct Run<M: Recorded = System> {
     /// The system.
-    pub system: System,
+    pub system: M,
     /// How it was made.
     pub options: RunOptions,
     /// Impacts in the window.
     #[serde(skip)]
-    pub impacts: Vec<ImpactRecord>,
+    pub impacts: Vec<M::ImpactRow>,
     /// States at the stroboscopic sections in the window.
     #[serde(skip)]
-    pub stroboscopic: Vec<[f64; 4]>,
+    pub stroboscopic: Vec<M::Section>,
     /// Grazes in the window.
     #[serde(skip)]
-    pub grazes: Vec<GrazeRecord>,
+    pub grazes: Vec<M::GrazeRow>,
     /// Events of lasting contact in the window.
     #[serde(skip)]
-    pub contacts: Vec<ContactRecord>,
+    pub contacts: Vec<M::ContactRow>,
     /// Events in the window.
     #[serde(skip)]
     pub events: Vec<EventRecord>,
     /// State at the end.
-    pub final_state: FinalState,
+    pub final_state: FinalState<M::State, M::Mode>,
     /// Why the run ended.
     pub stop_reason: StopReason,
     /// Impacts since t = 0, kept or not.
@@ -96,62 +108,39 @@ pub struct Run {
     /// Number of the first section in the window.
     pub(crate) first_section: i64,
     /// The flight in which the window begins.
-    window_anchor: Anchor,
-    checkpoint: Checkpoint,
+    window_anchor: AnchorOf<M>,
+    checkpoint: CheckpointOf<M>,
 }
 
 /// Makes a run, which `cancel` ends with what is done.
 ///
 /// # Errors
 /// [`RunError`]: a bad option or start before any work, or a failed computation.
-pub fn run(
-    system: &System,
-    initial: State,
+pub fn run<M: Recorded>(
+    system: &M,
+    initial: M::State,
     options: RunOptions,
     cancel: &CancelToken,
-) -> Result<Run, RunError> {
+) -> Result<Run<M>, RunError<M>> {
     let mut collection = Collection::begin(system, initial, options)?;
     collection.proceed(cancel);
     collection.into_run()
 }
 
-/// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each
-/// with its place in their order.
-pub(crate) fn run_together(
-    next: &mut dyn FnMut() -> Option<(usize, System, State)>,
-    options: RunOptions,
-    cancel: &CancelToken,
-    done: &mut dyn FnMut(usize, Result<Run, RunError>),
-    most: usize,
-) {
-    let done = std::cell::RefCell::new(done);
-    let mut next = || loop {
-        let (place, system, initial) = next()?;
-        match Collection::new(&system, initial, options, cancel) {
-            Ok(collection) => return Some((place, collection)),
-            Err(error) => (done.borrow_mut())(place, Err(error.into())),
-        }
-    };
-    let mut made = |(place, collection): (usize, Collection)| {
-        (done.borrow_mut())(place, collection.into_run());
-    };
-    run_batch(&mut next, &mut made, most);
-}
-
-impl Run {
+impl<M: Recorded> Run<M> {
     /// Goes on to a further horizon, with the same bits as one long run; keeps the last `keep`
     /// periods of the continuation (all of it if `None`).
     ///
     /// # Errors
     /// [`RunError`]: bad options, a run that ended for good, or a failed computation.
-    pub fn resume(&self, options: RunOptions, cancel: &CancelToken) -> Result<Run, RunError> {
+    pub fn resume(&self, options: RunOptions, cancel: &CancelToken) -> Result<Run<M>, RunError<M>> {
         let mut collection = self.begin_resuming(options)?;
         collection.proceed(cancel);
         collection.into_run()
     }
 
     /// The continuation, of which nothing is made yet.
-    pub(crate) fn begin_resuming(&self, options: RunOptions) -> Result<Collection, RunError> {
+    pub(crate) fn begin_resuming(&self, options: RunOptions) -> Result<Collection<M>, RunError<M>> {
         options.check(&self.system)?;
         let resumable = matches!(
             self.stop_reason,
@@ -177,11 +166,12 @@ impl Run {
     }
 
     /// The simulation at the end of the run, ready to go on. The caps on events count from there.
-    pub(crate) fn resumed(&self) -> Simulation {
-        let mut point = self.checkpoint;
+    pub(crate) fn resumed(&self) -> Simulation<M> {
+        let mut point = self.checkpoint.clone();
         point.stopped = None;
-        Simulation::from_checkpoint(&self.system, &point)
-            .max_events(point.events.saturating_add(DEFAULT_MAX_EVENTS))
+        let most = point.events.saturating_add(DEFAULT_MAX_EVENTS);
+        Simulation::from_checkpoint(&self.system, point)
+            .max_events(most)
             .chatter_tolerance(self.options.chatter_tolerance)
     }
 
@@ -190,6 +180,14 @@ impl Run {
         self.checkpoint.skips()
     }
 
+    /// Start of the kept window.
+    #[must_use]
+    pub fn kept_from(&self) -> f64 {
+        self.system.own_drive().time(self.window)
+    }
+}
+
+impl Run {
     /// A run that ends at the same instant in another state, of which nothing is kept; `None` unless
     /// both runs end in free flight there.
     pub(crate) fn begun_from(&self, state: State) -> Option<Run> {
@@ -219,7 +217,7 @@ impl Run {
     fn ending(
         &self,
         final_state: FinalState,
-        checkpoint: &Checkpoint,
+        checkpoint: &CheckpointOf<System>,
         stroboscopic: Vec<[f64; 4]>,
     ) -> Run {
         let kept = i64::try_from(stroboscopic.len()).unwrap_or(i64::MAX);
@@ -247,11 +245,5 @@ impl Run {
         let FinalState { state, clock, mode, .. } = self.final_state;
         let flies = mode.is_none() && !self.skips_at_end();
         flies.then(|| stays_apart(&self.system, clock, state)).flatten()
-    }
-
-    /// Start of the kept window.
-    #[must_use]
-    pub fn kept_from(&self) -> f64 {
-        Drive::of(&self.system).time(self.window)
     }
 }

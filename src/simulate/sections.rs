@@ -2,21 +2,21 @@
 
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
-use super::{Observer, Simulation};
-use crate::model::state::{Clock, State};
+use super::{Leg, Model, Observer, Simulation};
+use crate::model::state::Clock;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::LANES;
 
-impl Simulation {
+impl<M: Model> Simulation<M> {
     /// Hands the sections up to local time `reached` to the observer; one that falls on an event
     /// is left for the leg after it.
     #[inline(always)]
-    pub(super) fn pass_sections<O: Observer>(
+    pub(super) fn pass_sections<O: Observer<M::State>>(
         &mut self,
         reached: DoubleDouble,
         inclusive: bool,
         observer: &mut O,
-        state_at: impl Fn(&Self, DoubleDouble) -> State,
+        state_at: impl Fn(&Self, DoubleDouble) -> M::State,
     ) {
         if !O::SECTIONS {
             return;
@@ -36,7 +36,7 @@ impl Simulation {
         reached: DoubleDouble,
         inclusive: bool,
     ) -> Option<DoubleDouble> {
-        if !self.motion.drive.has_period() {
+        if !self.drive().has_period() {
             return None;
         }
         let period = self.point.next_section + more - i64::from(self.section_offset > 0.0);
@@ -44,14 +44,18 @@ impl Simulation {
         if self.is_far(section, reached.hi) {
             return None;
         }
-        let at = self.motion.drive.until(self.flight.clock, section);
+        let at = self.drive().until(self.flight.clock(), section);
         let (now, last) = (at.value(), reached.value());
         let passed = now < last || (inclusive && now == last);
         passed.then(|| at.not_negative())
     }
 
     #[inline(always)]
-    pub(super) fn pass_section<O: Observer>(&mut self, state: &State, observer: &mut O) {
+    pub(super) fn pass_section<O: Observer<M::State>>(
+        &mut self,
+        state: &M::State,
+        observer: &mut O,
+    ) {
         observer.section(self.point.next_section, state);
         self.point.next_section += 1;
     }
@@ -59,7 +63,7 @@ impl Simulation {
     /// Hands over the sections within a flight: a single one by itself, which is the usual case,
     /// more of them together.
     #[inline(always)]
-    pub(super) fn pass_sections_in_flight<O: Observer>(
+    pub(super) fn pass_sections_in_flight<O: Observer<M::State>>(
         &mut self,
         reached: DoubleDouble,
         inclusive: bool,
@@ -71,7 +75,7 @@ impl Simulation {
         while let Some(first) = self.section_by(0, reached, inclusive) {
             match self.section_by(1, reached, inclusive) {
                 None => {
-                    let state = self.motion.state_within(&self.flight, first);
+                    let state = M::state_within(&self.motion, &self.flight, first);
                     return self.pass_section(&state, observer);
                 }
                 Some(second) => {
@@ -83,7 +87,7 @@ impl Simulation {
 
     /// Passes these sections and those after them, as many as are evaluated at once.
     #[inline(never)]
-    fn pass_several<O: Observer>(
+    fn pass_several<O: Observer<M::State>>(
         &mut self,
         first: [DoubleDouble; 2],
         reached: DoubleDouble,
@@ -98,7 +102,7 @@ impl Simulation {
             times[count] = at;
             count += 1;
         }
-        let states = self.motion.states_within(&self.flight, &times[..count]);
+        let states = M::states_within(&self.motion, &self.flight, &times[..count]);
         for state in &states[..count] {
             self.pass_section(state, observer);
         }

@@ -33,6 +33,12 @@ pub const DEFAULT_MAX_EVENTS: u64 = 10_000_000;
 /// never meet again (some seconds of computing).
 pub const DEFAULT_MAX_TIME: f64 = 1e7;
 
+/// Stops whose gaps lie within so many roundings of zero are met at one instant.
+pub const SAME_INSTANT: f64 = 64.0;
+
+/// Most impacts at one instant, one after another.
+pub const MOST_IN_SEQUENCE: u32 = 10_000;
+
 /// 2^53: drive periods that can be counted without a gap in the numbers, and as much time, of which
 /// a double tells no more than whole units.
 pub const MOST_COUNTED: f64 = 9_007_199_254_740_992.0;

@@ -25,6 +25,19 @@ pub const MOST_HOP_FLIGHTS: usize = 64;
 /// Largest difference of the last two orders of an extrapolation that converges.
 pub const CONVERGED: f64 = 1e-9;
 
+/// As [`CONVERGED`], of the derivatives themselves, relative to 1 and their size: a flight of
+/// chatter has an error of EPS/u in them, so that they converge to no more than its root.
+pub const CONVERGED_SLOPES: f64 = 1e-6;
+
+/// Part of a local flight: what lasts no longer is no flight.
+pub const STILL_FLIGHT: f64 = 1e-6;
+
+/// Bounces of a structure so short, in parts of a local flight, and so slow, in parts of the
+/// largest velocity, belong to a chatter: their derivatives have an error of EPS/u, which its limit
+/// does not.
+pub const SHORT_BOUNCE: f64 = 1e-5;
+pub const SLOW_BOUNCE: f64 = 1e-6;
+
 /// Where slip reverses in each impact, x1' decreases by another factor than u and nothing is
 /// extrapolated: such impacts are followed down to this separation velocity. The rest is computed
 /// to leading order, with an error O(u^2) below rounding; the derivatives of a flight have an error

@@ -123,6 +123,8 @@ TAKES: dict[str, set[str]] = {
     "state": {"state", "state of float16"},
     "state or states": {"state", "state of float16", "states", "empty rows"},
     "state or some states": {"state", "state of float16", "states"},
+    # Of four coordinates.
+    "state of a structure": {"states"},
     "states or a number": {"state", "state of float16", "states", *_WHOLE},
     "axis": _ONE_DIMENSION,
     "axis of starts": _ONE_DIMENSION - {"pair of unsigned"},
@@ -143,6 +145,11 @@ TAKES: dict[str, set[str]] = {
     "range around 0.5": _PAIRS - {"pair of unsigned", "pair, huge"},
     "range or none": {*_PAIRS, "none"} - {"pair of unsigned", "pair, huge"},
     "pair or none": {"none", *_PAIRS},
+    "pair": _PAIRS,
+    "complex pair or none": {"none", "pair of complex", *_PAIRS},
+    # Beyond the frequencies of modes.
+    "ascending pair": _PAIRS - {"pair, huge", "pair of unsigned", "pair, subnormal"},
+    "stops": {"list of nothing"},
     "rows of two": {"rows of two"},
     "grid value": {*_HALF},
     "value of a branch": set(),

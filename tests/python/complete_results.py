@@ -74,6 +74,19 @@ def _(system: vi.System) -> None:
 
 
 @assert_complete.register
+def _(structure: vi.Structure) -> None:
+    assert_finite(structure.frequencies, "frequencies")
+    assert_finite(structure.shapes, "shapes")
+    assert vi.Structure.from_json(structure.to_json()) == structure
+
+
+@assert_complete.register
+def _(stop: vi.Stop) -> None:
+    assert stop.normal.any()
+    assert vi.Stop.from_dict(stop.to_dict()) == stop
+
+
+@assert_complete.register
 def _(run: vi.Run) -> None:
     end = run.final_state
     assert_finite([*end.state, end.time, end.time_in_period], repr(run))
@@ -85,6 +98,36 @@ def _(run: vi.Run) -> None:
     assert_finite(run.trajectory(times), "trajectory")
     assert run.label
     assert run.stop_reason
+
+
+@assert_complete.register
+def _(run: vi.StructureRun) -> None:
+    end = run.final_state
+    assert_finite(end.state, repr(run))
+    assert_finite([end.time, end.time_in_period], repr(run))
+    for name in ("impacts", "grazes", "contacts", "events"):
+        assert_table(getattr(run, name), name)
+    assert_finite(run.stroboscopic, "stroboscopic")
+    assert_finite([run.time_in_contact, run.kept_from], "times")
+    assert run.stop_reason
+
+
+@assert_complete.register
+def _(diagram: vi.StructureDiagram) -> None:
+    assert (diagram.status != "pending").all()
+    assert_table(diagram.impacts, "impacts")
+    assert_finite(diagram.stroboscopic, "stroboscopic")
+    assert_finite(diagram.residual[diagram.m > 0], "residual")
+    assert_finite(diagram.values, "values")
+
+
+@assert_complete.register
+def _(spectrum: vi.StructureSpectrum) -> None:
+    # -inf where perturbations die out at once.
+    assert not np.isnan(spectrum.exponents).any()
+    assert not np.isnan(spectrum.error).any()
+    assert (spectrum.exponents < math.inf).all()
+    assert_finite(spectrum.time, "time")
 
 
 @assert_complete.register

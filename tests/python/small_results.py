@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import vibroimpact as vi
+from struck import moving_run
 from systems import PAPER, ROUGH
 
 START = (0.0, 0.5, 0.0, 0.0)
@@ -78,6 +79,7 @@ def folder() -> Path:
         "chart": vi.chart(ROUGH, gap=[0.5], friction=[0.1], **options),
         "diagram": vi.bifurcation_diagram(ROUGH, drive_frequency=[1.5], **options),
         "lyapunov": vi.lyapunov_spectrum(ROUGH, initial=START, periods=20, gap=[0.5]),
+        "structure_run": moving_run(),
         "branch": branch(),
         "motion": motion(),
         "spectrum": vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20),

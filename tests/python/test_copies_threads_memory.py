@@ -15,6 +15,7 @@ import pytest
 
 import vibroimpact as vi
 from small_results import START, branch, grid_basins, motion, motions, region, run
+from struck import moving_run
 from systems import PAPER, ROUGH
 from valid_calls import calls
 
@@ -58,6 +59,8 @@ def _results() -> dict[str, Any]:
         *saddle.sides,
         vi.NotFound(reason="none"),
         vi.NoMotionError("no 'multipliers'", "none"),
+        moving_run(),
+        moving_run().final_state,
         vi.Undecided(lo=0.0, hi=1.0, reason="a double root"),
         vi.Disagreement(event="impact", number=1, time=0.5, reason="digits"),
         vi.ParameterError("gap = nan"),
@@ -65,8 +68,15 @@ def _results() -> dict[str, Any]:
         *(kind("at t = 1", run()) for kind in (vi.SimulationError, vi.ClusterError)),
         vi.Interrupted("interrupted", run()),
     ]
-    names = ("sweep", "chart", "lyapunov_spectrum", "lyapunov_spectrum: grid", "impact_regimes")
-    more = ("impact_agreement", "periodic_motions", "search_motions", "bifurcation_curve", "verify")
+    names = ("sweep", "chart", "lyapunov_spectrum", "lyapunov_spectrum: grid", "Stop", "Structure")
+    more = (
+        "impact_regimes",
+        "impact_agreement",
+        "periodic_motions",
+        "search_motions",
+        "bifurcation_curve",
+        "verify",
+    )
     made += [CALLS[name]() for name in (*names, *more)]
     return {type(result).__name__: result for result in made}
 
@@ -103,7 +113,7 @@ def assert_same(one: Any, other: Any, seen: set[int]) -> None:
             assert_same(one[name], other[name], seen)
     elif isinstance(one, float | int | str):
         assert repr(one) == repr(other)
-    elif hasattr(one, "__dict__") and not isinstance(one, vi.Run | vi.System):
+    elif hasattr(one, "__dict__") and not isinstance(one, vi.Run | vi.StructureRun | vi.System):
         for name in vars(one).keys() & vars(other).keys():
             assert_same(getattr(one, name), getattr(other, name), seen)
 
@@ -124,7 +134,15 @@ def test_a_copy_is_the_same_to_the_last_bit_and_as_read_only(name, way):
 
 @pytest.mark.parametrize("way", COPIES)
 def test_what_is_compared_by_value_equals_its_copy(way):
-    for name in ("System", "FinalState", "EnergyAudit", "DiagramSettings", "Disagreement"):
+    for name in (
+        "System",
+        "Stop",
+        "Structure",
+        "FinalState",
+        "EnergyAudit",
+        "DiagramSettings",
+        "Disagreement",
+    ):
         again = COPIES[way](RESULTS[name])
         assert again == RESULTS[name]
         assert hash(again) == hash(RESULTS[name])

@@ -17,7 +17,7 @@ from any_values import NOT_TRIED, TAKES, VALUES
 from complete_results import assert_complete
 from valid_calls import Call, calls, public_callables
 from vibroimpact import _core
-from vibroimpact.keyword_types import Axes, Changes
+from vibroimpact.keyword_types import Axes, Changes, StopChanges, StructureChanges
 
 # Of the numbers some are such gaps.
 pytestmark = pytest.mark.filterwarnings("ignore:gap = .* the tip cannot reach:UserWarning")
@@ -52,14 +52,15 @@ ELSEWHERE = {
         "test_made_systems.py",
     ),
 }
-LISTED = {*Changes.__annotations__, *Axes.__annotations__}
+_TYPES = (Axes, Changes, StopChanges, StructureChanges)
+LISTED = {name for names in _TYPES for name in names.__annotations__}
 # What is raised where an argument is out of range, and where a computation leaves that of floats.
 REFUSALS = (vi.ParameterError, vi.StateError)
 ENDS = (*REFUSALS, vi.SimulationError)
 # Where work begins, for what is refused before any.
 WORK = [
     *((_core, name) for name in ("simulate_many", "sweep", "arrivals", "lyapunov_spectrum")),
-    (_core, "simulate"),
+    *((_core, name) for name in ("simulate", "simulate_structure")),
     ("orbits.shooting", "solve_orbit"),
     ("orbits.branches", "follow_half"),
     ("orbits.regions", "Walk"),

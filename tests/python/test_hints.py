@@ -107,7 +107,7 @@ def test_a_type_error_inside_a_call_stays_what_it_is():
 def test_other_names_lead_to_arguments_that_exist():
     taken = {
         name
-        for function in (vi.System, vi.System.from_physical, vi.simulate, vi.sweep)
+        for function in (vi.System, vi.System.from_physical, vi.Structure, vi.simulate, vi.sweep)
         for name in inspect.signature(function).parameters
     }
     for names in arguments._OTHER_NAMES.values():

@@ -170,4 +170,5 @@ def test_enums_have_the_numbers_of_the_files():
         ("stick", 5),
         ("release", 6),
         ("stop", 7),
+        ("closed", 8),
     ]

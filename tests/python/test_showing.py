@@ -25,6 +25,7 @@ from small_results import (
     run,
     saddle,
 )
+from struck import moving_run, orbit, small_diagram, spectrum
 from systems import COEXISTING, PAPER, ROUGH, STICKY
 from valid_calls import calls
 from vibroimpact.showing import Shown
@@ -44,6 +45,11 @@ def results() -> dict[str, object]:
         run(),
         vi.simulate(STICKY, initial=START, periods=8),
         vi.simulate(STICKY, initial=START, periods=8).bounces(down_to=1e-3),
+        moving_run(),
+        moving_run().final_state,
+        orbit(),
+        small_diagram(),
+        spectrum(),
         motion(),
         branch(),
         branch().bifurcations[0],
@@ -61,7 +67,7 @@ def results() -> dict[str, object]:
         vi.chart(ROUGH, drive_frequency=spread, gap=[0.4, 0.5], **few),
         vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20),
         vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20, gap=[0.4, 0.5, 0.6]),
-        *(made[name]() for name in ("impact_regimes", "impact_agreement")),
+        *(made[name]() for name in ("impact_regimes", "impact_agreement", "Stop", "Structure")),
         *(made[name]() for name in ("search_motions", "bifurcation_curve", "verify")),
     ]
     return {f"{type(each).__name__} {number}": each for number, each in enumerate(shown)}
@@ -118,7 +124,10 @@ def test_every_public_result_is_shown():
     grids = {cls for cls in public if inspect.isclass(cls) and issubclass(cls, GridResult)}
     assert len(arrays | grids) > 12
     assert arrays | grids | {vi.Run, vi.System, vi.NotFound, vi.Branch} <= classes
-    assert {cls for cls in classes if not hasattr(cls, "plot")} == {vi.NotFound}
+    assert {cls for cls in classes if not hasattr(cls, "plot")} == {
+        *(vi.NotFound, vi.Stop, vi.Structure, vi.StructureState),
+        *(vi.StructureOrbit, vi.StructureSpectrum),
+    }
 
 
 @pytest.mark.parametrize("name", RESULTS)

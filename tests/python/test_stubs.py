@@ -67,6 +67,10 @@ SLIPS = {
     "vi.orbits.Leg.impact('slip', 1, 1)": "arg-type",
     "vi.orbits.BifurcationKind.PERIOD_DOUBLNG": "attr-defined",
     "vi.System.from_physical(law='stronge', **{})": "arg-type",
+    "vi.Structure([[1]], [[1]], [], damping_ratio=[0.1])": "call-arg",
+    "vi.Structure([[1]], [[1]], [], law='paper')": "arg-type",
+    "vi.Structure.from_modes([1], [[1]], [], mass=[[1]])": "call-arg",
+    "vi.Stop([1], 0.5)": "call-arg",
     "vi.chart(system, initial=(0, 0.5, 0, 0), drive_freq=[1], gap=[1])": "call-overload",
     "vi.sweep(system, initial=(0, 0.5, 0, 0), X1=[1])": "call-overload",
     "vi.bifurcation_diagram(system, initial=(0, 0.5, 0, 0), omega=[1])": "call-overload",
@@ -178,4 +182,6 @@ def test_what_can_be_varied_is_listed_for_completion():
     assert set(keyword_types.Parameters.__annotations__) == listed
     assert set(keyword_types.Ranges.__annotations__) == listed
     assert get_args(keyword_types.Law) == _core.LAWS
+    assert get_args(keyword_types.CoulombLaw) == _core.COULOMB_LAWS
+    assert get_args(keyword_types.Simultaneous) == _core.SIMULTANEOUS
     assert get_args(keyword_types.Contact) == _core.CONTACTS

@@ -11,7 +11,7 @@ import vibroimpact as vi
 from systems import PAPER, ROUGH, STICKY
 from vibroimpact.verification import motion
 from vibroimpact.verification.columns import FURTHER_NUMBERS
-from vibroimpact.verification.comparison import _digits
+from vibroimpact.verification.judged import right_digits
 
 pytest.importorskip("flint", reason="verification needs python-flint")
 
@@ -294,11 +294,11 @@ def test_speeds_beyond_all_measure_are_judged():
 
 
 def test_digits_of_numbers_at_the_ends_of_the_range():
-    assert _digits(1e-300, 1e300) == 16
-    assert _digits(5e-324, 1.7e308) == 16
-    assert _digits(1e300, 1e-300) == 0
-    assert _digits(math.inf, math.inf) == 0
-    assert _digits(1e-3, 1.0) == pytest.approx(3)
+    assert right_digits(1e-300, 1e300) == 16
+    assert right_digits(5e-324, 1.7e308) == 16
+    assert right_digits(1e300, 1e-300) == 0
+    assert right_digits(math.inf, math.inf) == 0
+    assert right_digits(1e-3, 1.0) == pytest.approx(3)
 
 
 def test_a_section_within_the_end_of_a_chatter_is_not_passed_over(monkeypatch):

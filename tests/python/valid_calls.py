@@ -14,6 +14,7 @@ from typing import Any
 
 import vibroimpact as vi
 from small_results import START, branch, folder, grid_basins, motion, motions, region, run, saddle
+from structure_calls import structure_calls
 from systems import PAPER, ROUGH
 from vibroimpact._core import PARAMETERS
 
@@ -139,6 +140,7 @@ def calls() -> dict[str, Call]:
                 )
             },
         ),
+        **{name: Call(*call) for name, call in structure_calls().items()},
         "simulate": Call(
             vi.simulate,
             start | {"periods": 2},
@@ -274,6 +276,7 @@ def calls() -> dict[str, Call]:
                 "periods": "whole number > 2 or none",
                 "keep": "whole number > 2 or none",
                 "time": "object or none",
+                "most": "object or none",
                 **dict.fromkeys(("chunk", "client", "store"), "object or none"),
             },
         ),
@@ -286,6 +289,7 @@ def calls() -> dict[str, Call]:
                 **_ENGINE,
                 **dict.fromkeys(("periods", "keep"), "object or none"),
                 "time": "number > 0",
+                "most": "object or none",
                 **dict.fromkeys(("chunk", "client", "store"), "object or none"),
             },
             {"periods": "time", "keep": "time"},
@@ -299,6 +303,7 @@ def calls() -> dict[str, Call]:
                 "periods": "whole number > 2 or none",
                 "keep": "whole number > 2 or none",
                 "time": "object or none",
+                "most": "object or none",
                 "gap": "axis",
             },
         ),
@@ -436,6 +441,7 @@ def calls() -> dict[str, Call]:
     }
     grids = (vi.Sweep, vi.Chart, vi.Diagram, vi.LyapunovSweep)
     names = {vi.PeriodicMotion: "motion", vi.LyapunovSpectrum: "spectrum", vi.Branch: "branch"}
+    names[vi.StructureRun] = "structure_run"
     for result in (vi.Run, vi.Basins, *grids, *names):
         name = getattr(result, "kind", names.get(result, result.__name__.lower()))
         path = {"path": _path(name)}
@@ -455,7 +461,7 @@ def public_callables() -> Iterator[tuple[str, Callable[..., Any]]]:
             yield name, found
         if not inspect.isclass(found) or issubclass(found, BaseException | int):
             continue
-        if found is vi.System:
+        if found in (vi.System, vi.Stop, vi.Structure):
             yield name, found
         for method in dir(found):
             function = inspect.getattr_static(found, method)

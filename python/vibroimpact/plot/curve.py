@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from ..arguments import count, number, pair, positive, reject
 from ..run import EventKind, Run
+from ..structure import Structure
+from ..structure_run import StructureRun
 from ..system import System
 from .given import run_hits_wall_at_rest
 
@@ -37,7 +39,10 @@ _REST_PART = 0.1
 
 
 class Curve(NamedTuple):
-    """A sampled piece of a run: times (k,), states (k, 4), and which kept impacts it contains."""
+    """A sampled piece of a run: times (k,), states (k, 4), and which kept impacts it contains.
+
+    States of a structure are (k, 2, N), rows q and v.
+    """
 
     time: Array
     state: Array
@@ -45,7 +50,7 @@ class Curve(NamedTuple):
 
 
 def sample(
-    run: Run,
+    run: Run | StructureRun,
     *,
     window: tuple[float, float] | None = None,
     periods: float | None = None,
@@ -57,7 +62,7 @@ def sample(
 
     Parameters
     ----------
-    run : Run
+    run : Run or StructureRun
         Result of `vibroimpact.simulate`.
     window : (float, float), optional
         Times, within the kept part of the run. By default what can be read: the last eight drive
@@ -82,8 +87,7 @@ def sample(
     impacts = run.impacts
     inside = (impacts["time"] > start) & (impacts["time"] <= end)
     hits = impacts[inside]
-    before = np.column_stack([hits["x1"], hits["v1_pre"], hits["x2"], hits["v2_pre"]])
-    after = np.column_stack([hits["x1"], hits["v1_post"], hits["x2"], hits["v2_post"]])
+    before, after = (_states(hits, side) for side in ("pre", "post"))
     grid = grid[~np.isin(grid, hits["time"])]
     time = np.concatenate([grid, hits["time"], hits["time"]])
     state = np.concatenate([run.trajectory(grid), before, after])
@@ -91,9 +95,20 @@ def sample(
     return Curve(time[order], state[order], inside)
 
 
-def shown_window(run: Run, window: Any = None, periods: Any = None) -> tuple[float, float]:
+def _states(hits: NDArray[np.void], side: str) -> Array:
+    """Return the states at impacts, on one side of each."""
+    if "q" in (hits.dtype.names or ()):
+        return np.stack([hits["q"], hits[f"v_{side}"]], axis=1)
+    return np.column_stack([hits["x1"], hits[f"v1_{side}"], hits["x2"], hits[f"v2_{side}"]])
+
+
+def shown_window(
+    run: Run | StructureRun, window: Any = None, periods: Any = None
+) -> tuple[float, float]:
     """Return the times between which a run is drawn: as asked for, or what can be read."""
     first, last = float(run.kept_from), float(run.final_state.time)
+    if not first < last:
+        reject("run", run, "a run of which some time is kept: there is nothing to draw")
     if window is not None:
         allowed = "a pair (start, end) of times, start < end, or None"
         low, high = (number("window", each, allowed) for each in pair("window", window, allowed))
@@ -109,9 +124,13 @@ def shown_window(run: Run, window: Any = None, periods: Any = None) -> tuple[flo
     return _readable(run, first, last)
 
 
-def is_driven(system: System) -> bool:
-    """Return whether a drive acts that changes with time."""
-    loads = system.moment_amplitude != 0.0 or system.force_amplitude != 0.0
+def is_driven(system: System | Structure) -> bool:
+    """Return whether a drive acts that changes with time, that of a stop among them."""
+    if isinstance(system, Structure):
+        moving = any(stop.amplitude != 0.0 for stop in system.stops)
+        loads = moving or bool(system.drive_amplitude.any())
+    else:
+        loads = system.moment_amplitude != 0.0 or system.force_amplitude != 0.0
     return loads and system.drive_frequency > 0.0
 
 
@@ -131,9 +150,9 @@ def is_one_orbit(run: Run, length: float) -> bool:
     return m is not None and length <= (m + _ROUNDING) * run.system.drive_period
 
 
-def _readable(run: Run, first: float, last: float) -> tuple[float, float]:
+def _readable(run: Run | StructureRun, first: float, last: float) -> tuple[float, float]:
     system, times = run.system, run.impacts["time"]
-    longest = _OSCILLATIONS * _oscillation(run)
+    longest = _OSCILLATIONS * _oscillations(run)[1]
     if is_driven(system):
         period = system.drive_period
         start = max(first, last - min(_PERIODS * period, max(period, longest)))
@@ -149,24 +168,31 @@ def _readable(run: Run, first: float, last: float) -> tuple[float, float]:
     return first, end
 
 
-def _oscillation(run: Run) -> float:
-    """Return the period of the fastest free oscillation of a body that moves."""
-    frequencies = [run.system.frequency_ratio]
-    if not run_hits_wall_at_rest(run):
-        frequencies.append(1.0)
-    fastest = max(frequencies)
-    return 2.0 * np.pi / fastest if fastest > 0.0 else np.inf
+def _oscillations(run: Run | StructureRun) -> tuple[float, float]:
+    """Return the periods of the fastest free oscillation, and of the slowest that is to be seen."""
+    if isinstance(run, StructureRun):
+        # High modes of a beam would leave a window in which the low ones do not move.
+        frequencies = run.system.frequencies[run.system.frequencies > 0.0].tolist() or [0.0]
+    else:
+        others = 0.0 if run_hits_wall_at_rest(run) else 1.0
+        frequencies = [max(run.system.frequency_ratio, others)]
+    fastest, slowest = max(frequencies), min(frequencies)
+    if fastest == 0.0:
+        return np.inf, np.inf
+    return 2.0 * np.pi / fastest, 2.0 * np.pi / slowest
 
 
-def _grid(run: Run, span: tuple[float, float], points_per_period: Any) -> Array:
+def _grid(run: Run | StructureRun, span: tuple[float, float], points_per_period: Any) -> Array:
     start, end = span
     length, period = end - start, run.system.drive_period
     if points_per_period is not None:
         points = count("points_per_period", points_per_period, least=1, most=1_000_000)
         parts = length / period if np.isfinite(period) else 1.0
         return np.linspace(start, end, max(int(np.ceil(parts * points)), 1) + 1)
-    step = min(period / _IN_PERIOD, _oscillation(run) / _IN_OSCILLATION, length / 400)
-    grids = [np.linspace(start, end, int(min(np.ceil(length / step), _MOST)) + 1)]
+    # Not by the shortest of three steps: in a run of the shortest time that would be 0.
+    oscillation, _ = _oscillations(run)
+    parts = max(length / (period / _IN_PERIOD), length / (oscillation / _IN_OSCILLATION), 400.0)
+    grids = [np.linspace(start, end, int(min(np.ceil(parts), _MOST)) + 1)]
     # Every flight, however short, has some samples of its own.
     events = np.unique([start, *times_within(run.impacts["time"], span), end])
     if (len(events) - 1) * _IN_FLIGHT <= _MOST:

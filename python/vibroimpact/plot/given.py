@@ -18,6 +18,7 @@ from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import Branch, PeriodicMotion
 from ..run import Run
 from ..single_impact import MotionMap
+from ..structure_run import StructureRun
 from ..sweeps import Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
 from ..sweeps.basins.results import Basins
 from ..system import System
@@ -27,6 +28,7 @@ Item = TypeVar("Item")
 # What draws a result, for the error about a result of another kind.
 _DRAWN_BY: Final[tuple[tuple[type, str], ...]] = (
     (Run, "time_history, phase_portrait, impact_section, stroboscopic, animation"),
+    (StructureRun, "time_history"),
     (PeriodicMotion, "orbit, multipliers"),
     (Branch, "branches, multipliers"),
     (Diagram, "bifurcation, contact_fraction"),

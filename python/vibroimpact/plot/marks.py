@@ -18,14 +18,22 @@ from numpy.typing import NDArray
 
 from ..run import EventKind
 from .curve import Array, Curve
-from .style import CHATTER_STYLE, REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, ContactStyle
+from .style import (
+    CHATTER_STYLE,
+    CLOSED_STYLE,
+    REGIME_STYLES,
+    SLIDE_STYLE,
+    STICK_STYLE,
+    ContactStyle,
+)
 
 if TYPE_CHECKING:
     from ..run import Run
 
-Mode = Literal["slide", "stick", "chatter"]
+Mode = Literal["closed", "slide", "stick", "chatter"]
 
 _STYLES: dict[str, ContactStyle] = {
+    "closed": CLOSED_STYLE,
     "slide": SLIDE_STYLE,
     "stick": STICK_STYLE,
     "chatter": CHATTER_STYLE,

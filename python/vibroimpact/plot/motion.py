@@ -8,19 +8,22 @@ the notation page: gap function g = sin x1 - x2 - delta (oblique), theory page, 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from ..arguments import naming
+from ..arguments import naming, reject
 from ..run import Run
 from ..scales import Units
+from ..structure_run import StructureRun
 from .curve import is_driven, is_one_orbit, orbit_window, sample, tip_symbol
 from .given import bodies_of, chosen, expected, regime_color
 from .history import History
 from .marks import mark_contact_path, mark_regimes
+from .structure_history import structure_history
 from .style import BLACK, BODY_COLORS, GREY, curve_legend, new_axes
 from .units import AxisUnits
 
@@ -38,8 +41,9 @@ _MANY = 60
 
 @naming
 def time_history(
-    run: Run,
+    run: Run | StructureRun,
     *,
+    coordinates: int | Sequence[int] | None = None,
     window: tuple[float, float] | None = None,
     periods: float | None = None,
     points_per_period: int | None = None,
@@ -55,10 +59,17 @@ def time_history(
     dotted one `cos(omega t + phi)`: the curves of the paper's Figs. 5, 6 and 9. Bands mark
     sustained contact.
 
+    Of a structure coordinates are drawn. A dashed line is a stop that acts on one of them, a mark
+    an impact on that stop or on another that acts on the coordinate; a broad line of the stop's
+    colour says that it is closed.
+
     Parameters
     ----------
-    run : Run
+    run : Run or StructureRun
         Result of `vibroimpact.simulate`.
+    coordinates : int or sequence of int, optional
+        Of a structure, which coordinates to draw, from 0, at most eight. By default four, those
+        on which stops act before others.
     window : (float, float), optional
         Times, within the kept part of the run. By default what can be read: the last eight drive
         periods, or fewer where these have many oscillations or impacts; without a drive the
@@ -70,10 +81,11 @@ def time_history(
         Samples in a drive period; without one, in the window. By default so many that
         every flight and every oscillation is smooth.
     color : "regime" or None
-        Mark the impacts by their regime.
+        Mark the impacts by their regime; of a structure in place of their stop.
     drive : {"auto", "plain", "none"}
         The curve of the drive: as it is, or none. "auto" scales and shifts it where it would
-        flatten the motion, which the legend says, and leaves it out where nothing is driven.
+        flatten the motion, which the legend says, and leaves it out where nothing is driven. None
+        is drawn of a structure, whose coordinates have drives of their own.
     legend : bool
         Name curves, bands and regimes above the axes.
     units : "SI", optional
@@ -100,8 +112,25 @@ def time_history(
     >>> vi.plot.time_history(run, periods=4).get_xlabel()
     '$t$'
     """
-    by_regime = regime_color(color)
     chosen("drive", drive, _DRIVES)
+    if isinstance(run, StructureRun):
+        if units is not None:
+            reject("units", units, "None: a structure has no scales")
+        if drive == "plain":
+            reject("drive", drive, "'auto' or 'none' for the run of a structure")
+        return structure_history(
+            run,
+            coordinates=coordinates,
+            window=window,
+            periods=periods,
+            points_per_period=points_per_period,
+            color=color,
+            legend=legend,
+            ax=ax,
+        )
+    if coordinates is not None:
+        reject("coordinates", coordinates, "None but for the run of a structure")
+    by_regime = regime_color(color)
     history = History(
         run,
         window=window,

@@ -16,6 +16,7 @@ from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import Bifurcation, PeriodicMotion
 from ..run import Run
 from ..showing import Facts, Shown
+from ..structure_run import StructureRun
 from ..sweeps import Diagram, GridResult
 from .obvious import draw
 
@@ -50,7 +51,7 @@ def html(result: Shown, facts: Facts) -> str:
 
 def _has_nothing(result: Shown) -> bool:
     """Whether there is nothing to draw though the result has a picture."""
-    return isinstance(result, Run) and result.kept_from >= result.final_state.time
+    return isinstance(result, Run | StructureRun) and result.kept_from >= result.final_state.time
 
 
 def _image(result: Shown) -> str | None:

@@ -19,7 +19,9 @@ from ..orbits import (
 )
 from ..run import Run
 from ..single_impact import MotionMap, PeriodicMotions
+from ..structure_run import StructureRun
 from ..sweeps import Attractor, Basins, Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
+from ..sweeps.structure_diagram_results import StructureDiagram
 from ..system import System
 from ..verification import Verification
 from .attractors import attractor, motion_search
@@ -37,6 +39,7 @@ from .motion import time_history
 from .multipliers import multipliers
 from .orbit import orbit
 from .solutions import motion_branches, stability_map
+from .structure_diagram import structure_bifurcation
 from .verification import verification
 
 
@@ -68,6 +71,7 @@ _FUNCTIONS: dict[type, Callable[..., Any]] = {
     PeriodicMotion: orbit,
     StabilityRegion: bifurcation_curves,
     UnstableManifold: manifold,
+    StructureDiagram: structure_bifurcation,
     Verification: verification,
 }
 for _kind, _function in _FUNCTIONS.items():
@@ -81,8 +85,9 @@ def _(system: System, **options: Any) -> Any:
     return machine(system, options.pop("state", rest), **options)
 
 
-@draw.register
-def _(run: Run, **options: Any) -> Any:
+@draw.register(Run)
+@draw.register(StructureRun)
+def _(run: Run | StructureRun, **options: Any) -> Any:
     if run.system.drive_frequency == 0.0:
         options = {"window": (run.kept_from, run.final_state.time)} | options
     return time_history(run, **options)

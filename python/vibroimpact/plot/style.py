@@ -70,6 +70,7 @@ class ContactStyle:
     color: str
 
 
+CLOSED_STYLE = ContactStyle("contact", "#DCEEF9", "#DCEEF9", "", SKY_BLUE)
 SLIDE_STYLE = ContactStyle("contact, sliding", "#DCEEF9", "#DCEEF9", "", SKY_BLUE)
 STICK_STYLE = ContactStyle("contact, sticking", "#B9DAEE", "#7FB6DA", "///", BLUE)
 CHATTER_STYLE = ContactStyle("chatter", "0.93", "0.75", "...", "0.75")

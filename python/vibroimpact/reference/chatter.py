@@ -35,42 +35,33 @@ ANALYTIC = ("slip", "frictionless")
 
 @dataclass(frozen=True)
 class Bounce:
-    """An impact of a tail: time and state just before it, regime, and what must not change.
+    """An impact of a tail: regime, what must not change, and what is extrapolated.
 
-    `signs` are those of v1 and sin x1 where there is friction, which has a kink there.
+    `values`: time and state just before it, which are functions of u. `signs`: for the pendulum
+    those of v1 and sin x1 where there is friction, which has a kink there.
     """
 
-    time: arb
-    x1: arb
-    v1: arb
-    v2: arb
+    values: tuple[arb, ...]
     u: arb
     regime: str
-    signs: tuple[int, int] = (0, 0)
-
-    def values(self) -> tuple[arb, arb, arb, arb]:
-        """The functions of u that are extrapolated."""
-        return self.time, self.x1, self.v1, self.v2
+    signs: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
 class Accumulation:
-    """The end of a chatter: time and state, with the stated error as radius.
+    """The end of a chatter: `values` with the stated error as radius.
 
     `ratio` is the last measured q, `regime` that of the last impact.
     """
 
-    time: arb
-    x1: arb
-    v1: arb
-    v2: arb
+    values: tuple[arb, ...]
     ratio: float
     regime: str
 
     def error(self) -> arb:
         """Largest stated error of time and state."""
         worst = arb(0)
-        for value in (self.time, self.x1, self.v1, self.v2):
+        for value in self.values:
             worst = worst.max(value.rad())
         return worst
 
@@ -87,24 +78,25 @@ class Tail:
         self._tolerance = tolerance
         self._nodes: list[Bounce] = []
         self._last: Bounce | None = None
-        self._falling = 0
+        #: Impacts in a row whose approach velocity falls.
+        self.falling = 0
 
     def forget(self) -> None:
         """Forget the tail, after a contact phase."""
-        self._nodes, self._last, self._falling = [], None, 0
+        self._nodes, self._last, self.falling = [], None, 0
 
     def observe(self, bounce: Bounce) -> Accumulation | None:
         """Add the next impact; return the accumulation point when it is known well enough."""
         last, self._last = self._last, bounce
         if last is None or not bounce.u < last.u:
-            self._nodes, self._falling = [bounce], 1
+            self._nodes, self.falling = [bounce], 1
             return None
-        self._falling += 1
+        self.falling += 1
         found = None
         if bounce.regime not in ANALYTIC:
             self._nodes = []
             # linear extrapolation: do not try before u is that small
-            if self._falling >= _LEAST_NODES and bounce.u < self._tolerance:
+            if self.falling >= _LEAST_NODES and bounce.u < self._tolerance:
                 found = step_to_limit(last, bounce)
         elif (last.regime, last.signs) != (bounce.regime, bounce.signs):
             self._nodes = [bounce]
@@ -119,20 +111,19 @@ def accumulate(bounces: Sequence[Bounce], ratio: float) -> Accumulation:
     """Accumulation point of an analytic tail, u falling, by extrapolation from all its bounces."""
     nodes = bounces[::-1]
     steps = [node.u for node in nodes]
-    time, x1, v1, v2 = (
-        extrapolate(steps, column) for column in zip(*(b.values() for b in nodes), strict=True)
-    )
-    return Accumulation(time, x1, v1, v2, ratio, nodes[0].regime)
+    columns = zip(*(node.values for node in nodes), strict=True)
+    values = tuple(extrapolate(steps, column) for column in columns)
+    return Accumulation(values, ratio, nodes[0].regime)
 
 
 def step_to_limit(before: Bounce, last: Bounce) -> Accumulation:
     """Accumulation point of any tail, if all further steps shrink by the last ratio of u."""
     ratio = (last.u / before.u).mid()
-    time, x1, v1, v2 = (
+    values = tuple(
         arb((q + (q - p) * ratio / (1 - ratio)).mid(), abs((q - p) / (1 - ratio)).abs_upper())
-        for p, q in zip(before.values(), last.values(), strict=True)
+        for p, q in zip(before.values, last.values, strict=True)
     )
-    return Accumulation(time, x1, v1, v2, float(ratio), last.regime)
+    return Accumulation(values, float(ratio), last.regime)
 
 
 def extrapolate(steps: Sequence[arb], values: Sequence[arb]) -> arb:

@@ -13,11 +13,12 @@ the precision, up to a cap. An exact graze stays undecided at any precision.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from math import factorial
+from typing import Literal, Protocol
 
 from flint import arb, arb_poly, ctx, fmpq
 
-from .flight import Flight, rational
+from .flight import Value, rational
 
 ORDER = 16  # Taylor order of the enclosures
 WIDTH = fmpq(1021, 1024)  # widest interval times the motion's rate; odd, so ends hit no root
@@ -32,6 +33,32 @@ class Undecided(ArithmeticError):
     def __init__(self, what: str, where: fmpq | None = None, height: arb | None = None) -> None:
         super().__init__(what)
         self.where, self.height = where, height
+
+
+class Gapped(Protocol):
+    """A function of time whose first rise through 0 is sought: a gap, or a force that ends."""
+
+    @property
+    def rate(self) -> float:
+        """Bound on its relative rate of change."""
+        ...
+
+    @property
+    def quick(self) -> bool:
+        """Whether Newton's method uses fewer terms on narrow intervals."""
+        ...
+
+    def gap(self, t: Value) -> arb:
+        """Enclosure at time `t`."""
+        ...
+
+    def velocity(self, t: Value) -> arb:
+        """Enclosure of the derivative at time `t`."""
+        ...
+
+    def gap_series(self, centre: fmpq, h: fmpq, order: int) -> list[arb]:
+        """Taylor coefficients about `centre`, the last one sound within `h` of it."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -60,7 +87,7 @@ class Contact:
 
 
 def first_contact(
-    flight: Flight, end: fmpq, *, touching: int = 0, precision: int = 128, cap: int = 2048
+    flight: Gapped, end: fmpq, *, touching: int = 0, precision: int = 128, cap: int = 2048
 ) -> Contact:
     """First contact of a flight in (0, end], with proof.
 
@@ -69,7 +96,7 @@ def first_contact(
     flight : the free motion
     end : length of the search
     touching : 0: g < 0 at the start; 1: g = 0 exactly and g' < 0 (after an impact);
-        2: g = g' = 0 exactly; 3: g = g' = g'' = 0 exactly
+        k: g and its first k - 1 derivatives are 0 exactly
     precision, cap : first and last precision tried, in bits
 
     Raises
@@ -92,13 +119,13 @@ def first_contact(
         ctx.prec = saved
 
 
-def derivatives(flight: Flight, t: fmpq) -> list[arb]:
-    """Enclosures of g, g', g'', g''' at time t."""
-    series = flight.gap_series(t, fmpq(0), 3)
-    return [series[0], series[1], 2 * series[2], 6 * series[3]]
+def derivatives(flight: Gapped, t: fmpq, order: int = 3) -> list[arb]:
+    """Enclosures of g and its first derivatives at time t."""
+    series = flight.gap_series(t, fmpq(0), order)
+    return [factorial(k) * value for k, value in enumerate(series)]
 
 
-def isolate(flight: Flight, a: fmpq, b: fmpq, *, level: int = 0, rising: bool = True) -> arb:
+def isolate(flight: Gapped, a: fmpq, b: fmpq, *, level: int = 0, rising: bool = True) -> arb:
     """The root of the level-th derivative of g in (a, b), as narrow as the balls allow.
 
     The caller has proved that there is exactly one and that it is a rising (falling) one:
@@ -129,7 +156,7 @@ def isolate(flight: Flight, a: fmpq, b: fmpq, *, level: int = 0, rising: bool = 
     return arb(a).union(arb(b))
 
 
-def top_near(flight: Flight, near: fmpq) -> tuple[fmpq, arb] | None:
+def top_near(flight: Gapped, near: fmpq) -> tuple[fmpq, arb] | None:
     """Time (to the precision, not enclosed) and height of the maximum of g next to `near`.
 
     Newton's method on g' where g'' < 0; None if it leaves that region or strays further than 1/2.
@@ -148,9 +175,9 @@ def top_near(flight: Flight, near: fmpq) -> tuple[fmpq, arb] | None:
     return None
 
 
-def _scan(flight: Flight, end: fmpq, touching: int) -> Contact:
+def _scan(flight: Gapped, end: fmpq, touching: int) -> Contact:
     """One pass at the present precision; raises Undecided."""
-    at_start = derivatives(flight, fmpq(0))
+    at_start = derivatives(flight, fmpq(0), max(3, touching))
     early = _check_start(at_start, touching)
     if early:
         return Contact("immediate", arb(0), at_start[1], (), ctx.prec)
@@ -170,7 +197,7 @@ def _scan(flight: Flight, end: fmpq, touching: int) -> Contact:
             if width < shortest:
                 raise Undecided("the shortest interval", a)
         elif isinstance(root, arb):
-            return Contact("contact", root, _velocity(flight, root), tuple(humps), ctx.prec)
+            return Contact("contact", root, flight.velocity(root), tuple(humps), ctx.prec)
         else:
             a, held, width = b, 0, min(widest, width * LENGTHEN)
     return Contact("none", None, None, tuple(humps), ctx.prec)
@@ -191,7 +218,7 @@ def _check_start(g: list[arb], touching: int) -> bool:
     raise Undecided("the start", fmpq(0))
 
 
-def _decide(flight: Flight, a: fmpq, b: fmpq, held: int, humps: list[Hump]) -> arb | bool | None:
+def _decide(flight: Gapped, a: fmpq, b: fmpq, held: int, humps: list[Hump]) -> arb | bool | None:
     """The root of g in (a, b]; False if there is none; None if the interval is too long.
 
     `held` > 0: a = 0 is the start of a flight that leaves contact (g(a) = 0, g'(a) <= 0).
@@ -209,8 +236,12 @@ def _decide(flight: Flight, a: fmpq, b: fmpq, held: int, humps: list[Hump]) -> a
     bend = second(span)
     if bend < 0 and held:
         return False
-    if held and second.derivative()(span) < 0 and held >= 2:
-        return False
+    higher = second
+    for _ in range(2, held + 1):
+        # derivatives below that of order `held` are 0 at the start, and this one is not positive
+        higher = higher.derivative()
+        if higher(span) < 0:
+            return False
     if (slope > 0 and not held) or bend > 0:
         at_end = flight.gap(b)
         if at_end < 0:
@@ -219,7 +250,7 @@ def _decide(flight: Flight, a: fmpq, b: fmpq, held: int, humps: list[Hump]) -> a
     return _over_hump(flight, a, b, humps) if bend < 0 else None
 
 
-def _over_hump(flight: Flight, a: fmpq, b: fmpq, humps: list[Hump]) -> arb | bool | None:
+def _over_hump(flight: Gapped, a: fmpq, b: fmpq, humps: list[Hump]) -> arb | bool | None:
     """The root of g in (a, b] where g'' < 0 and g(a) < 0."""
     length = arb(b - a)
     ga, slope_a = derivatives(flight, a)[:2]
@@ -249,12 +280,6 @@ def _over_hump(flight: Flight, a: fmpq, b: fmpq, humps: list[Hump]) -> arb | boo
     if not flight.gap(middle) > 0:
         raise Undecided("a graze", middle, height)
     return isolate(flight, a, middle)
-
-
-def _velocity(flight: Flight, time: arb) -> arb:
-    """Enclosure of g' at a time that is itself an enclosure."""
-    x1, v1, _, v2 = flight.state(time)
-    return flight.system.gap_rate(x1, v1, v2)
 
 
 def _poly(series: list[arb], level: int) -> arb_poly:

@@ -324,6 +324,11 @@ class Flight:
         x1, _, x2, _ = self.state(t)
         return self.system.tip(x1) - x2 - arb(self.system.delta)
 
+    def velocity(self, t: Value) -> arb:
+        """Enclosure of g' at time `t`."""
+        x1, v1, _, v2 = self.state(t)
+        return self.system.gap_rate(x1, v1, v2)
+
     def gap_series(self, centre: fmpq, h: fmpq, order: int) -> list[arb]:
         """Coefficients of g about `centre`, sound for |s| <= h: g(centre + s) lies in their sum.
 

@@ -22,6 +22,7 @@ from .contact import Undecided, first_contact
 from .flight import Flight, Number, State, System, exact, rational
 from .hold import Hold, Phase, sign
 from .impact import LAWS, Jammed
+from .samples import Samples, no_state
 from .simulate import Event
 from .slide import Settings, Slide, Touch
 
@@ -45,28 +46,6 @@ class Run:
     ending: str
     impacts: int
     hits: list[Event] = field(default_factory=list)
-
-
-class Samples:
-    """Collects the states at given ascending times from the motions that cover them."""
-
-    def __init__(self, times: Sequence[arb]) -> None:
-        self.times, self.states = times, list[State]()
-
-    def take(self, until: arb, state: Callable[[arb], State]) -> None:
-        """States at the times before `until`; one that is not certainly before or after fails."""
-        while len(self.states) < len(self.times):
-            time = self.times[len(self.states)]
-            if time > until:
-                return
-            last = len(self.states) + 1 == len(self.times)
-            if not (time < until or (last and time.overlaps(until))):
-                raise Undecided("an event at a sampled time")
-            self.states.append(state(time))
-
-    def full(self) -> bool:
-        """Whether all states are known."""
-        return len(self.states) == len(self.times)
 
 
 def follow(
@@ -121,7 +100,7 @@ class Motion:
         self,
         system: System,
         initial: Sequence[Number],
-        samples: Samples,
+        samples: Samples[State],
         phase: fmpq,
         settings: Settings,
         law: str,
@@ -214,11 +193,11 @@ class Motion:
         kinks = system.mu != 0
         signs = (sign(self.v1), sign(self.x1.sin())) if kinks else (0, 0)
         u = system.gap_rate(self.x1, self.v1, self.v2)
-        time, x1, v1, v2 = (q.mid() for q in (self.now, self.x1, self.v1, self.v2))
-        limit = self.tail.observe(Bounce(time, x1, v1, v2, u.mid(), outcome.regime, signs))
+        values = tuple(q.mid() for q in (self.now, self.x1, self.v1, self.v2))
+        limit = self.tail.observe(Bounce(values, u.mid(), outcome.regime, signs))
         if limit is not None:
-            self.samples.take(limit.time, _no_state)
-            self.now, self.x1, self.v1 = (q.mid() for q in (limit.time, limit.x1, limit.v1))
+            self.samples.take(limit.values[0], no_state)
+            self.now, self.x1, self.v1 = (q.mid() for q in limit.values[:3])
             # all but slip and frictionless impacts reverse or stop v1, so v1 is of the order of u
             if self.at_rest or limit.regime not in ANALYTIC:
                 self.v1 = arb(0)
@@ -292,8 +271,3 @@ class Motion:
         if self.at_rest:
             return self.x1, self.v1, arb(self.system.c2), arb(0)
         return Slide(self.system, self.phase, 1, 1).state(self.x1, self.v1)
-
-
-def _no_state(time: arb) -> State:
-    """No state is known between the last impact of a tail and its limit."""
-    raise Undecided(f"the sampled time {time.str(10)} falls into the end of a chatter")

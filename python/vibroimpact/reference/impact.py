@@ -1,18 +1,24 @@
-"""Impact laws in ball arithmetic: the impulse path of the theory page, section 4, and `paper`.
+"""Impact laws in ball arithmetic: Routh's path, the pendulum on it, and `paper`.
 
-With M1 l^2 = 1 and normal impulse P: dv1 = -k dP, dv2 = mbar dP, k = cos x1 + mu s |sin x1|,
-s = sgn(v1); approach velocity u = v1 cos x1 - v2 > 0, du = -(mbar + k cos x1) dP. Direct contact:
-cos -> 1, sin -> 0. The path ends by one of three laws, which differ only if the path bends at
-v1 = 0:
+A planar impact with normal impulse P and tangential impulse Q (structures page): approach
+velocity u > 0, velocity of slip s,
+    du = -a dP + b dQ,   ds = -b dP + c dQ,   dQ = -mu sgn(s) dP in slip, (b/c) dP in stick,
+which holds iff |b| <= mu c. The walk uses w = u - (b/c) s, for which dw = -h dP with
+h = a - b^2/c in slip and stick alike: w and h are what no friction can change. In slip
+ds = -k dP, k = b + mu sgn(s) c, and du = -(h + (b/c) k) dP.
+
+The pendulum (section 4; M1 l^2 = 1) is s = v1, w = -v2, b = cos x1, c = 1, h = mbar, with
+mu |sin x1| for mu; direct contact: cos -> 1, sin -> 0. The path ends by one of three laws, which
+differ only if it bends at s = 0:
     poisson     P_II = r P_I                              impulses
     newton      u = -r u0                                 velocities
     energetic   -int u dP (u < 0) = r^2 int u dP (u > 0)   work of the normal impulse
 `paper` evaluates Han, Jin & Hu (2004), eqs (14), (16), (18)-(20), as printed: signed sine, cases by
 (9), (10), no guards; it may leave the bodies approaching each other, and then has failed.
 
-Edges: P* = P_f counts as restitution, P* = (1 + r) P_f as slip, |cos| = mu |sin| as sticking,
-v1 = 0 at the start as sticking or as slip with s = -sgn(cos x1). Comparisons are certified;
-one that the balls do not decide raises Undecided.
+Edges: P* = P_f counts as restitution, P* = (1 + r) P_f as slip, |b| = mu c as sticking, s = 0 at
+the start as sticking or as slip with the sign of -b. Comparisons are certified; one that the balls
+do not decide raises Undecided.
 """
 
 from __future__ import annotations
@@ -51,62 +57,102 @@ class Impact:
     switch: arb | None = None
 
 
+@dataclass(frozen=True)
+class Path:
+    """The path of an impact: velocities s and w after it, regime, impulses.
+
+    `impulse` is the whole normal impulse, `approach` its part P_I until u = 0, `switch` the
+    impulse P* at which s = 0 (None if it is never reached or not positive).
+    """
+
+    regime: str
+    s: arb
+    w: arb
+    impulse: arb
+    approach: arb
+    switch: arb | None = None
+
+
+@dataclass(frozen=True)
+class PlanarImpact:
+    """What makes the path: restitution r, friction mu, and b, c, h = a - b^2/c."""
+
+    r: arb
+    mu: arb
+    b: arb
+    c: arb
+    h: arb
+
+    def path(self, law: Law, s: arb, w: arb) -> Path:
+        """The exact path from the velocities s, w to the end that `law` gives."""
+        ratio, friction = self.b / self.c, self.mu * self.c
+        u = w + ratio * s
+        if not _below(arb(0), u):
+            raise ValueError("the bodies do not approach each other")
+        if self.mu.is_zero():
+            return self._slip("frictionless", s, w, self.b, _divide(u, self.h + ratio * self.b))
+
+        sticks = not _below(friction, abs(self.b))
+        after = self.b - _sign(self.b) * friction  # k once slip has reversed; has the sign of b
+        if s.is_zero():
+            if sticks:
+                approach = _divide(w, self.h)
+                total = (1 + self.r) * approach
+                return Path("stick_approach", arb(0), -self.r * w, total, approach, arb(0))
+            return self._slip("slip", s, w, after, _divide(u, self.h + ratio * after))
+
+        k = self.b + _sign(s) * friction
+        rate = self.h + ratio * k
+        if _sign(k) != _sign(s):
+            return self._slip("slip", s, w, k, _divide(u, rate))
+        switch = s / k
+        # P* < P_f is u(P*) = w - h P* > 0, without a division by the rate
+        left = w - self.h * switch
+        unmoved = self.h.is_zero() and w.is_zero()  # P* = P_f identically
+        bent = self.h if sticks else self.h + ratio * after
+        if not unmoved and _below(arb(0), left):
+            approach = _divide(w, self.h) if sticks else switch + left / bent
+            total = _end(law, self.r, u, switch, left, bent, approach)
+            return self._bent("approach", sticks, w, after, total, approach, switch)
+        approach = switch if unmoved else u / rate
+        total = (1 + self.r) * approach
+        if not _below(switch, total):
+            return self._slip("slip", s, w, k, approach, switch)
+        if unmoved and sticks:
+            total = total if law == "poisson" else switch
+        else:
+            total = _end(law, self.r, u, switch, left, bent, approach)
+        return self._bent("restitution", sticks, w, after, total, approach, switch)
+
+    def _slip(
+        self, regime: str, s: arb, w: arb, k: arb, approach: arb, switch: arb | None = None
+    ) -> Path:
+        """Slip in one direction to the end."""
+        total = (1 + self.r) * approach
+        return Path(regime, s - k * total, w - self.h * total, total, approach, switch)
+
+    def _bent(
+        self, phase: str, sticks: bool, w: arb, after: arb, total: arb, approach: arb, switch: arb
+    ) -> Path:
+        """A path on which s falls to 0 at the impulse `switch`."""
+        regime = f"{'stick' if sticks else 'reversal'}_{phase}"
+        s_post = arb(0) if sticks else -after * (total - switch)
+        return Path(regime, s_post, w - self.h * total, total, approach, switch)
+
+
 def walk(law: Law, system: System, x1: arb, v1: arb, v2: arb) -> Impact:
-    """The exact impulse path to the end that `law` gives."""
-    mbar, r = arb(system.mbar), arb(system.r)
+    """The pendulum's impact under `law`."""
     cos, friction = _geometry(system, x1)
-    u = v1 * cos - v2
-    if not _below(arb(0), u):
-        raise ValueError("the bodies do not approach each other")
-    if friction.is_zero():
-        approach = _divide(u, mbar + cos * cos)
-        total = (1 + r) * approach
-        return Impact("frictionless", v1 - cos * total, v2 + mbar * total, total, approach)
-
-    sticks = not _below(friction, abs(cos))
-    after = cos - _sign(cos) * friction  # k once slip has reversed; has the sign of cos
-    if v1.is_zero():
-        return _from_rest(system, u, v2, sticks, after, cos)
-
-    k = cos + _sign(v1) * friction
-    rate = mbar + k * cos
-    if _sign(k) != _sign(v1):
-        approach = _divide(u, rate)
-        return _slip(system, v1, v2, k, approach, None)
-    switch = v1 / k
-    # P* < P_f is u(P*) = -v2 - mbar P* > 0, without a division by mbar + k cos x1
-    left = -v2 - mbar * switch
-    wall_at_rest = system.mbar == 0 and v2.is_zero()
-    if not wall_at_rest and _below(arb(0), left):
-        if sticks:
-            approach = _divide(-v2, mbar)
-            total = _end(law, r, u, switch, left, mbar, approach)
-            return Impact("stick_approach", arb(0), v2 + mbar * total, total, approach, switch)
-        rate = mbar + after * cos
-        approach = switch + left / rate
-        total = _end(law, r, u, switch, left, rate, approach)
-        v1_post = -after * (total - switch)
-        return Impact("reversal_approach", v1_post, v2 + mbar * total, total, approach, switch)
-    approach = switch if wall_at_rest else u / rate
-    total = (1 + r) * approach
-    if not _below(switch, total):
-        return _slip(system, v1, v2, k, approach, switch)
-    if wall_at_rest and sticks:
-        total = total if law == "poisson" else switch
-    else:
-        total = _end(law, r, u, switch, left, mbar if sticks else mbar + after * cos, approach)
-    v2_post = v2 + mbar * total
-    if sticks:
-        return Impact("stick_restitution", arb(0), v2_post, total, approach, switch)
-    v1_post = -after * (total - switch)
-    return Impact("reversal_restitution", v1_post, v2_post, total, approach, switch)
+    planar = PlanarImpact(arb(system.r), friction, cos, arb(1), arb(system.mbar))
+    path = planar.path(law, v1, -v2)
+    return Impact(path.regime, path.s, -path.w, path.impulse, path.approach, path.switch)
 
 
 def _end(law: Law, r: arb, u: arb, switch: arb, bent: arb, rate: arb, approach: arb) -> arb:
     """The whole impulse of an impact in which slip ends at the impulse `switch`.
 
     u falls on a straight line from `u` to `bent` at `switch`, and at `rate` from there on. At the
-    rate 0 (mbar = 0 and the tip sticks) u stays `bent`, and `newton` ends there.
+    rate 0 (h = 0 in stick) u stays `bent`, and `newton` ends there.
     """
     if law == "poisson":
         return (1 + r) * approach
@@ -121,22 +167,6 @@ def _end(law: Law, r: arb, u: arb, switch: arb, bent: arb, rate: arb, approach: 
     # what is still to be returned after `switch`
     work = (r**2 * u * approach + bent * (switch - approach)) / 2
     return switch + _divide(bent + (bent**2 + 2 * rate * work).sqrt(), rate)
-
-
-def _from_rest(system: System, u: arb, v2: arb, sticks: bool, after: arb, cos: arb) -> Impact:
-    """v1 = 0 at the start of the impact: stick in approach, or slip driven by the impact."""
-    mbar, r = arb(system.mbar), arb(system.r)
-    if sticks:
-        approach = _divide(-v2, mbar)
-        return Impact("stick_approach", arb(0), -r * v2, (1 + r) * approach, approach, arb(0))
-    approach = _divide(u, mbar + after * cos)
-    return _slip(system, arb(0), v2, after, approach, None)
-
-
-def _slip(system: System, v1: arb, v2: arb, k: arb, approach: arb, switch: arb | None) -> Impact:
-    """Slip in one direction to the end."""
-    total = (1 + arb(system.r)) * approach
-    return Impact("slip", v1 - k * total, v2 + arb(system.mbar) * total, total, approach, switch)
 
 
 def paper(system: System, x1: arb, v1: arb, v2: arb) -> Impact:

@@ -53,3 +53,4 @@ class LyapunovCall(Options, Axes, total=False):
     """Keywords of ``lyapunov_spectrum``."""
 
     time: float | None
+    most: int | None

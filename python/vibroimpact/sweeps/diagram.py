@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Unpack, get_args, overload
+from typing import TYPE_CHECKING, Any, Unpack, get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,6 +41,9 @@ from .grid import Grid
 from .made_cells import Made, made_cells
 from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in
+
+if TYPE_CHECKING:
+    from .structure_diagram_results import StructureDiagram
 
 # More refinements would give more points than a screen has.
 _MOST_REFINEMENTS = 20
@@ -210,14 +214,14 @@ def bifurcation_diagram(
     client: Any = None,
     store: str | os.PathLike[str] | None = None,
     **parameter: ArrayLike,
-) -> Diagram:
+) -> Diagram | StructureDiagram:
     """Simulate one run per value of a parameter and collect its sections.
 
     Parameters
     ----------
     system
-        The system; its own value of the varied parameter has no influence. Or a function that
-        makes the system from the value, called once for each before anything is computed:
+        The System or Structure; its own value of what is varied has no influence. Or a function
+        that makes it from the value, called once for each before anything is computed:
         ``lambda stiffness: vi.System.from_physical(..., stiffness=stiffness)``.
     initial
         (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each. Or a function
@@ -263,13 +267,14 @@ def bifurcation_diagram(
         Directory of a Zarr store for the results, as in ``sweep``; with ``refine`` it has a part
         for each level.
     **parameter
-        One numeric field of System, or the argument of the function that makes the system, with an
-        array of its values; for a range use ``numpy.linspace``, e.g.
+        One numeric field of System, ``drive_frequency``, ``phase``, ``gap``, ``restitution_1`` ...
+        of a Structure, or the argument of the function that makes the system, with an array of its
+        values; for a range use ``numpy.linspace``, e.g.
         ``drive_frequency=np.linspace(0.2, 4, 4000)``.
 
     Returns
     -------
-    Diagram
+    Diagram; of structures StructureDiagram
 
     Raises
     ------
@@ -304,6 +309,27 @@ def bifurcation_diagram(
     >>> diagram.label.tolist()
     ['1-1', '1-1', 'chaotic']
     """
+    # Nobody has a structure before its module has been loaded; who works without pays nothing.
+    if "vibroimpact.structure" in sys.modules and not isinstance(system, System):
+        from .structure_diagram import made_by, structure_diagram
+
+        structure = made_by(system, parameter)
+        if structure is not None:
+            return structure_diagram(
+                structure,
+                initial,
+                parameter,
+                starts=_starts(start),
+                periods=periods,
+                keep=keep,
+                max_events=max_events,
+                chatter_tolerance=chatter_tolerance,
+                section_phase=section_phase,
+                workers=workers,
+                progress=progress,
+                not_yet={"labels": labels, "exponents": exponents, "refine": refine}
+                | {"units": units, "client": client, "store": store, "chunk": chunk},
+            )
     system, initial = in_units(bifurcation_diagram, units, system, initial, parameter)
     axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)
     ((name, values),) = axes.items()

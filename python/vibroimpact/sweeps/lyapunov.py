@@ -7,8 +7,9 @@ phases (theory page, section 7), and kept orthonormal (Benettin et al. 1980).
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
-from typing import Any, Unpack, overload
+from typing import TYPE_CHECKING, Any, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +30,9 @@ from .engine import compute
 from .grid import Grid
 from .lyapunov_results import LyapunovSpectrum, LyapunovSweep
 from .made_cells import made_cells
+
+if TYPE_CHECKING:
+    from ..structure_motion import StructureSpectrum
 
 # Drive periods that a measurement takes at least: two for each block of its error. Users see it.
 _LEAST = 20
@@ -81,8 +85,9 @@ def lyapunov_spectrum(
     chunk: int | None = None,
     client: Any = None,
     store: str | os.PathLike[str] | None = None,
+    most: int | None = None,
     **axes: ArrayLike,
-) -> LyapunovSpectrum | LyapunovSweep:
+) -> LyapunovSpectrum | LyapunovSweep | StructureSpectrum:
     """Measure the Lyapunov exponents of a motion, or of one for each cell of a grid.
 
     Parameters
@@ -117,12 +122,15 @@ def lyapunov_spectrum(
         For a grid only: a ``distributed.Client`` whose workers compute the chunks.
     store
         For a grid only: directory of a Zarr store for the results, as in ``sweep``.
+    most
+        Of a Structure: the largest so many; default all 2 N. A structure is measured without axes,
+        and from where the run of the other periods has ended.
     **axes
         Arrays of values as in ``sweep``; none for a single motion.
 
     Returns
     -------
-    LyapunovSpectrum or LyapunovSweep
+    LyapunovSpectrum or LyapunovSweep; of a structure StructureSpectrum
         The second if there are axes.
 
     Raises
@@ -145,6 +153,18 @@ def lyapunov_spectrum(
     >>> spectrum.exponents.shape, spectrum.largest < 0
     ((4,), True)
     """
+    # Nobody has a structure before its module has been loaded; who works without pays nothing.
+    if "vibroimpact.structure" in sys.modules and not isinstance(system, System):
+        from .structure_spectrum import is_structure, structure_spectrum
+
+        if is_structure(system):
+            threads(workers)
+            flag("progress", progress)
+            options = {"max_events": max_events, "chatter_tolerance": chatter_tolerance}
+            refused = {**axes, "units": units, "chunk": chunk, "client": client, "store": store}
+            return structure_spectrum(system, initial, time, periods, keep, most, options, refused)
+    if most is not None:
+        reject("most", most, "None: the four exponents of a System belong together")
     need_system(system, maker=bool(axes))
     system, initial = in_units(lyapunov_spectrum, units, system, initial, axes, coordinates=True)
     if not axes:

@@ -1,8 +1,9 @@
-"""`verify`: the checks of arguments, the problem for the reference, and Ctrl-C."""
+"""`verify`: the checks of arguments, the problems for the references, and Ctrl-C."""
 
 from __future__ import annotations
 
 import bisect
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -11,14 +12,16 @@ from ..errors import Interrupted
 from ..extras import missing
 from ..interruption import interruptible
 from ..run import Run
+from ..structure_run import StructureRun
 from .result import Verification
-from .stretches import Stretches, only_kept, stretches
+from .stretches import AnyRun, Stretches, only_kept, stretches
 from .watch import Watch, progress_bar
 
 if TYPE_CHECKING:
     from flint import arb
 
-    from .motion import Pass, Problem
+    from .motion import Pass
+    from .stretches import Rows
 
 #: Digits that may be asked for: a double has hardly more. Users see this limit.
 MOST_ASKED = 14
@@ -36,7 +39,7 @@ def need_flint() -> None:
 
 @interruptible
 def verify(
-    run: Run,
+    run: Run | StructureRun,
     *,
     digits: int = 10,
     max_precision: int = 4096,
@@ -57,7 +60,7 @@ def verify(
     Parameters
     ----------
     run
-        What ``simulate``, ``Run.resume`` or ``load`` returned.
+        What ``simulate``, ``resume`` or ``load`` returned, of a System or of a Structure.
     digits
         Correct digits asked for, 1 to 14: the horizon is where the run no longer has them.
     max_precision
@@ -90,54 +93,60 @@ def verify(
     >>> check = vi.verify(vi.simulate(system, initial=(0, 0.5, 0, 0), periods=10))
     >>> check.certified, check.least_digits > 13
     (True, True)
+    >>> mass = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.2, 0.8)], drive_amplitude=[1],
+    ...                     drive_frequency=1.4)
+    >>> vi.verify(vi.simulate(mass, initial=[[0], [0]], periods=3)).holds
+    True
     """
-    if not isinstance(run, Run):
-        reject("run", run, "a vibroimpact.Run")
+    if not isinstance(run, (Run, StructureRun)):
+        reject("run", run, "a vibroimpact.Run or a vibroimpact.StructureRun")
     digits = count("digits", digits, least=1, most=MOST_ASKED)
     max_precision = count("max_precision", max_precision, least=512, most=65_536)
     max_events = count("max_events", max_events, least=1)
     progress = flag("progress", progress)
     need_flint()
-    from .comparison import compare
-    from .motion import FIRST, Pass, exact_motion, exact_system
+    from .motion import FIRST, Pass
 
     try:
         parts = stretches(run, max_events)
-        span = _Span(run, parts, max_events)
+        span = _span(run, parts, max_events)
         with progress_bar(run, max_events, shown=progress) as bar:
-            problem = span.problem(Watch(parts, bar))
-            exact = exact_motion(problem, run.impact_count, max_precision)
-            exact = span.within_reach(exact)
+            exact = span.within_reach(span.exact(Watch(parts, bar), max_precision))
     except Interrupted:
         # while the part that the run has not kept was simulated again
         parts = only_kept(run)
-        span = _Span(run, parts, max_events)
+        span = _span(run, parts, max_events)
         exact = Pass(FIRST, [], [], 0, "interrupted", "interrupted")
     beside = [] if parts.lead is None else [(parts.lead, span.lead(exact))]
     beside.append((parts.kept, span.window(exact)))
-    system = exact_system(run.system)
-    found = compare(parts, beside, exact, system, span.section_times(), digits)
+    found = span.compare(beside, exact, digits)
     if found.stopped == "interrupted":
         raise Interrupted("interrupted", found, holds="what is verified so far")
     return found
 
 
+def _span(run: AnyRun, parts: Stretches, max_events: int) -> _Span:
+    of_kind = _Span if isinstance(run, Run) else _StructureSpan
+    return of_kind(run, parts, max_events)
+
+
 class _Span:
     """How far the reference goes for a run, and which part belongs to which stretch."""
 
-    def __init__(self, run: Run, parts: Stretches, max_events: int) -> None:
+    def __init__(self, run: AnyRun, parts: Stretches, max_events: int) -> None:
         self.run, self.parts, self.max_events = run, parts, max_events
         self.end = run.final_state.time
         self.period = run.system.drive_period
         self.driven = run.system.drive_frequency > 0.0
 
-    def problem(self, watch: Watch) -> Problem:
-        """The problem for the reference."""
+    def exact(self, watch: Watch, max_precision: int) -> Pass:
+        """The exact motion."""
         from ..reference.flight import exact
-        from .motion import Problem, exact_system
+        from .motion import Problem, exact_motion, exact_system
 
+        assert isinstance(self.run, Run)
         system = self.run.system
-        return Problem(
+        problem = Problem(
             system=exact_system(system),
             initial=tuple(exact(value) for value in self.run.initial),
             phase=exact(system.phase),
@@ -147,6 +156,18 @@ class _Span:
             watch=watch,
             most_impacts=self.max_events,
         )
+        return exact_motion(problem, self.run.impact_count, max_precision)
+
+    def compare(
+        self, beside: Sequence[tuple[Rows, Pass]], exact: Pass, digits: int
+    ) -> Verification:
+        """The stretches of the run beside those of the exact motion."""
+        from .comparison import compare
+        from .motion import exact_system
+
+        assert isinstance(self.run, Run)
+        system = exact_system(self.run.system)
+        return compare(self.parts, beside, exact, system, self.section_times(), digits)
 
     def capped(self) -> bool:
         """Whether the run is longer than the reference may go."""
@@ -214,3 +235,41 @@ class _Span:
             samples=exact.samples[before:],
             proved_samples=max(0, exact.proved_samples - before),
         )
+
+
+class _StructureSpan(_Span):
+    """The same for a run of a structure."""
+
+    def exact(self, watch: Watch, max_precision: int) -> Pass:
+        """The exact motion."""
+        from ..reference.flight import exact
+        from .structure_motion import StructureProblem, exact_structure, exact_structure_motion
+        from .structure_sizes import window
+
+        assert isinstance(self.run, StructureRun)
+        structure = self.run.system
+        q, v = structure._to_core(self.run.initial)[0].tolist()
+        problem = StructureProblem(
+            structure=exact_structure(structure),
+            start=(tuple(map(exact, q)), tuple(map(exact, v))),
+            times=self._times,
+            end=self._end,
+            watch=watch,
+            most=self.max_events,
+            window=min(window(structure.frequencies, structure.drive_frequency), self.end or 1.0),
+        )
+        return exact_structure_motion(problem, self.run.impact_count, max_precision)
+
+    def compare(
+        self, beside: Sequence[tuple[Rows, Pass]], exact: Pass, digits: int
+    ) -> Verification:
+        """The stretches of the run beside those of the exact motion."""
+        from .structure_comparison import compare_structure
+        from .structure_motion import exact_structure
+        from .structure_sizes import StructureSizes
+
+        assert isinstance(self.run, StructureRun)
+        frequencies, times = self.run.system.frequencies, self.section_times()
+        made = exact_structure(self.run.system)
+        sizes = StructureSizes(made, frequencies, exact, times, self.end)
+        return compare_structure(self.parts, beside, exact, made, sizes, times, digits)

@@ -47,3 +47,31 @@ FINAL_DTYPE = np.dtype(
     [("time", "f8"), *((f"error_{name}", "f8") for name in SECTION_NUMBERS), *_JUDGED]
 )
 MISSED_DTYPE = np.dtype([("time", "f8"), ("jump", "f8"), ("graze", "i8"), *_JUDGED])
+
+
+def structure_tables(size: int) -> dict[str, np.dtype[np.void]]:
+    """The tables of a structure's run: errors of q, v as arrays of so many coordinates."""
+    time, state = ("time", "f8"), [(f"error_{name}", "f8", (size,)) for name in ("q", "v")]
+    states = [(f"error_{name}", "f8", (size,)) for name in ("q", "v_pre", "v_post")]
+    more = ("approach_velocity", "phase", "impulse_normal", "impulse_tangential", "energy_loss")
+    impact = [
+        ("number", "i8"),
+        ("stop", "i8"),
+        time,
+        ("error_time", "f8"),
+        *states,
+        *((f"error_{name}", "f8") for name in more),
+        ("regime", "i8"),
+        ("regime_agrees", "?"),
+        ("ambiguous", "?"),
+        *_JUDGED,
+        ("growth", "f8"),
+    ]
+    contact = [("row", "i8"), ("kind", "i8"), ("stop", "i8"), time, ("error_time", "f8")]
+    return {
+        "impacts": np.dtype(impact),
+        "contacts": np.dtype([*contact, *state, *_JUDGED, ("growth", "f8")]),
+        "sections": np.dtype([("row", "i8"), time, *state, *_JUDGED]),
+        "final": np.dtype([time, *state, *_JUDGED]),
+        "missed": MISSED_DTYPE,
+    }

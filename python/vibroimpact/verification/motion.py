@@ -19,8 +19,8 @@ from typing import Literal
 from flint import arb, ctx, fmpq
 
 from ..reference.contact import Undecided
-from ..reference.flight import State, exact
 from ..reference.flight import System as ExactSystem
+from ..reference.flight import exact
 from ..reference.hold import Phase
 from ..reference.hybrid import Motion, approach_in_contact
 from ..reference.simulate import Event
@@ -43,7 +43,7 @@ DEAD_ENDS = ("jammed", "painleve", "law_failed")
 #: Phases that only repeat an impact, or the start.
 ECHOES = ("impact", "impact_at_start")
 #: Phases of sustained contact.
-HOLDS = ("slide_positive", "slide_negative", "stick")
+HOLDS = ("closed", "slide_positive", "slide_negative", "stick")
 
 
 @dataclass(frozen=True)
@@ -84,6 +84,16 @@ class Entry:
         """Largest error of the values."""
         return max(float(value.rad()) for value in self.values)
 
+    def jump(self) -> float:
+        """How much an impact changes the velocities."""
+        _, _, v1_pre, v1_post, _, v2_pre, v2_post = self.values
+        return max(abs(float(v1_post - v1_pre)), abs(float(v2_post - v2_pre)))
+
+    def after(self) -> tuple[arb, ...]:
+        """The state after it."""
+        _, x1, _, v1, x2, _, v2 = self.values
+        return x1, v1, x2, v2
+
 
 @dataclass(frozen=True)
 class Pass:
@@ -98,14 +108,14 @@ class Pass:
 
     bits: int
     entries: list[Entry]
-    samples: list[State | None]
+    samples: Sequence[tuple[arb, ...] | None]
     proved_samples: int = 0
     stopped: Early | Literal[""] = ""
     detail: str = ""
     ends: float | None = None
     ending: str = ""
-    last: State | None = None
-    final: State | None = None
+    last: tuple[arb, ...] | None = None
+    final: tuple[arb, ...] | None = None
     proved_final: bool = False
     looks: array[float] = field(default_factory=lambda: array("d"), repr=False)
 
@@ -134,7 +144,7 @@ class _Followed(Motion):
 
     def _tell(self, entry: Event | Phase) -> None:
         super()._tell(entry)
-        if isinstance(entry, Event) and self.watch.impact(self.impacts - 1, entry):
+        if isinstance(entry, Event) and self.watch.impact(self.impacts - 1, entry.time):
             raise Parted
 
 
@@ -324,7 +334,7 @@ def _certified_part(done: Pass) -> Pass:
     return replace(done, entries=entries, samples=proved[:good], proved_samples=good, final=final)
 
 
-def _narrow(state: State) -> bool:
+def _narrow(state: Sequence[arb]) -> bool:
     return max(float(value.rad()) for value in state) < GOOD
 
 
@@ -361,7 +371,7 @@ def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
             if coarse.regime != fine.regime:
                 agree = False
                 break
-            values = _together(coarse.values, fine.values)
+            values = together(coarse.values, fine.values)
             entries.append(replace(fine, values=values, more=_joint(coarse.more, fine.more)))
         samples = [_state(p, q) for p, q in zip(one.samples, two.samples, strict=False)]
         final, last = _state(one.final, two.final), _state(one.last, two.last)
@@ -370,25 +380,24 @@ def _difference(one: Pass, two: Pass) -> tuple[Pass, bool]:
     return replace(both, final=final, last=last, proved_final=False), agree
 
 
-def _together(coarse: Sequence[arb], fine: Sequence[arb]) -> tuple[arb, ...]:
+def together(coarse: Sequence[arb], fine: Sequence[arb]) -> tuple[arb, ...]:
     """The finer values with radii that include the coarser ones."""
     return tuple(
         arb(q.mid(), (abs(p - q) + q.rad()).abs_upper()) for p, q in zip(coarse, fine, strict=True)
     )
 
 
-def _state(coarse: State | None, fine: State | None) -> State | None:
+def _state(coarse: Sequence[arb] | None, fine: Sequence[arb] | None) -> tuple[arb, ...] | None:
     """The finer state with such radii, if both passes have it."""
     if coarse is None or fine is None:
         return None
-    x1, v1, x2, v2 = _together(coarse, fine)
-    return x1, v1, x2, v2
+    return together(coarse, fine)
 
 
 def _joint(coarse: Sequence[arb | None], fine: Sequence[arb | None]) -> tuple[arb | None, ...]:
     """The finer values with such radii, None where one is missing."""
     return tuple(
-        None if p is None or q is None else _together((p,), (q,))[0]
+        None if p is None or q is None else together((p,), (q,))[0]
         for p, q in zip(coarse, fine, strict=True)
     )
 
@@ -401,7 +410,7 @@ def _joined(proof: Pass, compared: Pass) -> Pass:
         entries[j] = proof.entries[i]
     if len(proof.entries) > len(entries) and all(e.kind == "impact" for e in entries):
         entries = proof.entries
-    samples = proof.samples + compared.samples[len(proof.samples) :]
+    samples = [*proof.samples, *compared.samples[len(proof.samples) :]]
     bits = max(proof.bits, compared.bits)
     known = len(proof.samples)
     done = replace(compared, bits=bits, entries=entries, samples=samples, proved_samples=known)

@@ -16,7 +16,7 @@ from flint import arb, ctx
 from ..reference.contact import Undecided
 from ..reference.flight import State
 from ..reference.flight import System as ExactSystem
-from ..reference.hybrid import Samples
+from ..reference.samples import Samples
 from .watch import OWN_PERIOD, Watch
 
 #: Times at which the motion is looked at in a window, and the bits for that.
@@ -36,7 +36,7 @@ class Parted(Exception):
     """The run has left the motion for good."""
 
 
-class Path(Samples):
+class Path(Samples[State]):
     """Collects the states at sections; None where one is too close to an event, or skipped.
 
     `final` is the state at the time `end`, None likewise; `looks` has time, x1, v1, x2, v2 of each

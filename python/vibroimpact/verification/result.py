@@ -3,8 +3,9 @@
 Errors are upper bounds of |run - exact motion|, the reference's own error included. The digits of a
 number are -log10 of its error in units of its size: for x1, v1, x2, v2 the largest value that the
 motion takes in the last period before the row, for times the drive period, or 2 pi if that is less
-(more exactly in sizes.py). The rounding of a time to a double does not count. A row has the digits
-of its worst number, at most 16, since a double has no more. All quantities are dimensionless.
+(more exactly in sizes.py, and of structures in structure_sizes.py). The rounding of a time to a
+double does not count. A row has the digits of its worst number, at most 16, since a double has no
+more. All quantities are dimensionless; those of a structure are in its units.
 """
 
 from __future__ import annotations
@@ -49,7 +50,8 @@ class Disagreement:
     event
         ``"impact"``, ``"section"``, the kind of an event of sustained contact, ``"graze"`` (of the
         run, where the exact motion has an impact), ``"final_state"``, or ``"stop"``: the run ends
-        as ``jammed``, ``painleve`` or ``law_failed`` and the exact motion goes on, or the reverse.
+        as ``jammed``, ``painleve`` or ``law_failed`` (a structure's also as ``simultaneous``,
+        ``sequence_cap`` or ``several_frictional``) and the exact motion goes on, or the reverse.
     number
         Of an impact its number since t = 0, counted from 1; of a stop or the final state 0; else
         the row in the table of a run that keeps all.
@@ -82,6 +84,10 @@ class Disagreement:
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Verification(FixedArrays, Shown):
     """The comparison of a run with the exact motion of its system and start, by ``verify``.
+
+    Tables of a structure's run have the column ``stop``, and in place of x1, v1, x2, v2 its
+    ``error_q``, ``error_v``, ``error_v_pre``, ``error_v_post``, arrays (N,) for each row (of a
+    structure `from_modes` in its modal coordinates), and ``error_approach_velocity``.
 
     Attributes
     ----------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -11,14 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..run import Run
-from .stretches import Stretches
+from .stretches import AnyRun, Stretches
 
 if TYPE_CHECKING:
     from flint import arb
 
-    from ..reference.flight import State
-    from ..reference.simulate import Event
 
 #: After so many impacts or sections in a row that are this far off, in drive periods or in the size
 #: of the motion, the run has left the exact motion.
@@ -84,18 +81,18 @@ class Watch:
             self.bar.reset()
             self.bar.set_description(f"exact motion, pass {self.passes}, {bits} bits")
 
-    def impact(self, number: int, event: Event) -> bool:
+    def impact(self, number: int, time: arb) -> bool:
         """Compare an impact, counted from 0; return whether the run has left the motion."""
-        self._show(event.time, number + 1)
+        self._show(time, number + 1)
         row = number - self.first_impact
         if not 0 <= row < len(self.times):
             return False
         unit = min(self.period, OWN_PERIOD)
-        near = abs(float(event.time) - float(self.times[row])) < _FAR * unit
+        near = abs(float(time) - float(self.times[row])) < _FAR * unit
         self.far_impacts = 0 if near else self.far_impacts + 1
         return self.far_impacts >= _PARTED and not self.settles
 
-    def section(self, number: int, time: arb, state: State) -> bool:
+    def section(self, number: int, time: arb, state: Sequence[arb]) -> bool:
         """Compare the state at a section; return the same."""
         self._show(time, 0)
         row = number - self.first_section
@@ -115,7 +112,7 @@ class Watch:
 
 
 @contextmanager
-def progress_bar(run: Run, most: int, *, shown: bool) -> Iterator[Any]:
+def progress_bar(run: AnyRun, most: int, *, shown: bool) -> Iterator[Any]:
     """Give a tqdm bar that counts drive periods, or impacts without a drive; None if not wanted."""
     if not shown:
         yield None

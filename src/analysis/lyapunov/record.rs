@@ -317,7 +317,7 @@ fn stated_error(values: &[f64]) -> f64 {
 
 /// Standard error of the mean of a series, neighbours of which may depend on each other, from the
 /// means of so many blocks. NaN for too few values; 0 where all are -inf.
-fn standard_error(values: &[f64], blocks: usize) -> f64 {
+pub(in crate::analysis) fn standard_error(values: &[f64], blocks: usize) -> f64 {
     if values.contains(&f64::NEG_INFINITY) {
         return 0.0;
     }

@@ -1,61 +1,56 @@
 //! Distances and extents of sections, and how sections draw together.
 
 use crate::analysis::tolerances::{EXTENT_DECREASE, REMAINING_PART};
+use crate::model::Point;
 
-pub(super) fn distance(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    largest(std::array::from_fn(|i| (a[i] - b[i]).abs()))
-}
-
-/// Whether the distance is at most this, told without a jump between the coordinates.
-#[inline(always)]
-#[allow(clippy::inline_always, clippy::needless_bitwise_bool)] // asked millions of times
-pub(super) fn is_within(a: &[f64; 4], b: &[f64; 4], most: f64) -> bool {
-    let near = |i: usize| (a[i] - b[i]).abs() <= most;
-    (near(0) & near(1)) & (near(2) & near(3))
+#[inline]
+pub(super) fn distance<P: Point>(a: &P, b: &P) -> f64 {
+    a.zip(b, |a, b| (a - b).abs()).largest()
 }
 
 /// Lowest and highest value of each coordinate.
-pub(super) struct Bounds {
-    low: [f64; 4],
-    high: [f64; 4],
+pub(super) struct Bounds<P> {
+    low: P,
+    high: P,
 }
 
-impl Bounds {
-    pub fn of<'a>(sections: impl Iterator<Item = &'a [f64; 4]>) -> Self {
-        let mut bounds = Self { low: [f64::MAX; 4], high: [f64::MIN; 4] };
+impl<P: Point> Bounds<P> {
+    /// Of one section or more.
+    pub fn of<'a>(mut sections: impl Iterator<Item = &'a P>) -> Option<Self>
+    where
+        P: 'a,
+    {
+        let first = sections.next()?;
+        let mut bounds = Self { low: first.clone(), high: first.clone() };
         let Self { low, high } = &mut bounds;
         for section in sections {
             // Not by f64::min, which looks after NaN: vector instructions know comparisons only.
-            *low = std::array::from_fn(|i| if section[i] < low[i] { section[i] } else { low[i] });
-            *high =
-                std::array::from_fn(|i| if section[i] > high[i] { section[i] } else { high[i] });
+            *low = section.zip(low, |x, low| if x < low { x } else { low });
+            *high = section.zip(high, |x, high| if x > high { x } else { high });
         }
-        bounds
+        Some(bounds)
     }
 
     /// The largest of a coordinate.
     pub fn extent(&self) -> f64 {
-        largest(std::array::from_fn(|i| self.high[i] - self.low[i]))
+        self.high.zip(&self.low, |high, low| high - low).largest()
     }
 
     /// Of the motion: its largest extent or value of a coordinate.
     pub fn size(&self) -> f64 {
-        largest(self.low.map(f64::abs)).max(largest(self.high.map(f64::abs))).max(self.extent())
+        let sizes = self.low.zip(&self.high, |low, high| low.abs().max(high.abs()));
+        sizes.largest().max(self.extent())
     }
 
-    fn middle(&self) -> [f64; 4] {
-        std::array::from_fn(|i| 0.5 * (self.low[i] + self.high[i]))
+    fn middle(&self) -> P {
+        self.low.zip(&self.high, |low, high| 0.5 * (low + high))
     }
-}
-
-fn largest(values: [f64; 4]) -> f64 {
-    values.into_iter().fold(0.0, f64::max)
 }
 
 /// Whether [`approach`] may succeed, for a motion of this extent and size: not if two neighbours in
 /// the last quarter of the window are further apart than convergence allows by then. If a motion
 /// does not converge, the first few sections rule out most m.
-pub(super) fn may_approach(sections: &[[f64; 4]], m: usize, extent: f64, size: f64) -> bool {
+pub(super) fn may_approach<P: Point>(sections: &[P], m: usize, extent: f64, size: f64) -> bool {
     let quarter = sections.len() / (4 * m) * m;
     if quarter < 2 * m {
         return false;
@@ -64,7 +59,7 @@ pub(super) fn may_approach(sections: &[[f64; 4]], m: usize, extent: f64, size: f
         .min(2.0 * REMAINING_PART * size);
     let start = sections.len() - quarter;
     let mut pairs = sections[start + m..].iter().zip(&sections[start..]).rev();
-    pairs.all(|(a, b)| is_within(a, b, most))
+    pairs.all(|(a, b)| a.is_within(b, most))
 }
 
 /// How the sections k, k + m, k + 2m ... draw together.
@@ -79,7 +74,7 @@ pub(super) struct Approach {
 /// Extent of the sections k, k + m, ... in each quarter of the window, if it shrinks through all
 /// four. The extent, unlike the distance of neighbours, does not mistake a slow spiral of m = 1 for
 /// a larger m whose turn happens to be nearly full.
-pub(super) fn approach(sections: &[[f64; 4]], m: usize) -> Option<Approach> {
+pub(super) fn approach<P: Point>(sections: &[P], m: usize) -> Option<Approach> {
     // Whole multiples of m, so that a residue class keeps its place from quarter to quarter.
     let quarter = sections.len() / (4 * m) * m;
     if quarter < 2 * m {
@@ -88,7 +83,7 @@ pub(super) fn approach(sections: &[[f64; 4]], m: usize) -> Option<Approach> {
     let start = sections.len() - 4 * quarter;
     let boxes = |i: usize| {
         let part = &sections[start + i * quarter..start + (i + 1) * quarter];
-        (0..m).map(move |residue| Bounds::of(part.iter().skip(residue).step_by(m)))
+        (0..m).filter_map(move |residue| Bounds::of(part.iter().skip(residue).step_by(m)))
     };
     let mut extents = [0.0; 4];
     for i in 0..4 {

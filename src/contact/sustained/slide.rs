@@ -9,9 +9,10 @@
 //! that |h| and sgn w have no kink in it. docs/contact-phase.md measures all this against a general
 //! integrator.
 
-use super::{ContactInstant, ContactMode, painleve_level};
-use crate::contact::tolerances::{CONTACT_ANGLE, LEAST_STEP, REACH_LEVEL};
+use super::{ContactInstant, ContactMode};
+use crate::contact::tolerances::{CONTACT_ANGLE, LEAST_STEP};
 use crate::model::contact_coordinates::ContactCoordinates;
+use crate::model::tolerances::REACH_LEVEL;
 use crate::numerics::EPS;
 use crate::numerics::dual::Number;
 use crate::numerics::majorant::first_root;
@@ -175,7 +176,7 @@ impl SlideStep {
                 + (k / inertia[0]).abs() * gap_noise
                 + instant_noise * 2.0 * w[2].abs(),
             scale_noise: now.scale_noise,
-            least_inertia: painleve_level(at),
+            least_inertia: at.painleve_level(),
             series,
         }
     }

@@ -3,7 +3,7 @@
 //! In stick both bodies rest, so cone and contact force are A + B cos psi: the first time at which
 //! one of them falls through its limit is an arc cosine.
 
-use super::{ClosedContact, ContactMode, Next, no_force_fits, slip_inertia};
+use super::{ClosedContact, ContactMode, Next, no_force_fits};
 use crate::contact::tolerances::FORCE_NOISE;
 use crate::flight::Trig;
 use crate::numerics::EPS;
@@ -48,7 +48,7 @@ impl Stick {
             beta: direction * loads.slip_drive(direction),
             size: at.mobility * size(|contact| contact.slip_acceleration)
                 + parting * at.slip_rate(direction).abs(),
-            then: if slip_inertia(at, direction) == 0.0 {
+            then: if at.slip_inertia(direction) == 0.0 {
                 no_force_fits(at)
             } else {
                 Next::Hold(ContactMode::slide(direction))

@@ -1,14 +1,11 @@
 //! Natural frequencies and mode shapes, K phi = w^2 M phi, in double-double: a frequency that is
 //! wrong in its last digit moves a phase by that much in every radian of a run.
 
+use crate::numerics::dense::Matrix;
 use crate::numerics::double_double::DoubleDouble;
 
 /// Squares of natural frequencies below this part of the largest are those of rigid-body modes, 0.
 pub(crate) const RIGID: f64 = 1e-12;
-/// Sweeps of Jacobi's method; each squares what is left off the diagonal, and ten are many.
-const MOST_SWEEPS: usize = 40;
-/// What is left off the diagonal, as a part of the whole.
-const DIAGONAL: f64 = 1e-31;
 
 type Square = Vec<Vec<DoubleDouble>>;
 
@@ -41,7 +38,7 @@ pub(crate) fn modes(mass: &[Vec<f64>], stiffness: &[Vec<f64>]) -> Result<Modes, 
             .map(|j| forward(&lower, &half.iter().map(|row| row[j]).collect::<Vec<_>>()))
             .collect();
     }
-    let (squares, vectors) = jacobi(half);
+    let (squares, vectors) = Matrix::from_rows(&half, count).eigen();
     let largest = squares.iter().fold(0.0, |most: f64, square| most.max(square.hi));
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|&i, &j| squares[i].hi.total_cmp(&squares[j].hi));
@@ -59,7 +56,7 @@ pub(crate) fn modes(mass: &[Vec<f64>], stiffness: &[Vec<f64>]) -> Result<Modes, 
             .collect();
     let shapes = order
         .iter()
-        .map(|&i| backward(&lower, &vectors.iter().map(|row| row[i]).collect::<Vec<_>>()))
+        .map(|&i| backward(&lower, &(0..count).map(|j| vectors[(j, i)]).collect::<Vec<_>>()))
         .collect();
     Ok(Modes { frequencies, shapes })
 }
@@ -103,56 +100,6 @@ fn backward(lower: &Square, b: &[DoubleDouble]) -> Vec<DoubleDouble> {
         x[i] = rest.divide(lower[i][i]);
     }
     x
-}
-
-/// Eigenvalues, and eigenvectors in columns, of a symmetric matrix, by Jacobi's rotations (Golub &
-/// Van Loan, *Matrix Computations*, section 8.5).
-fn jacobi(mut a: Square) -> (Vec<DoubleDouble>, Square) {
-    let count = a.len();
-    let one = DoubleDouble::new(1.0);
-    let mut vectors = vec![vec![DoubleDouble::ZERO; count]; count];
-    for (i, row) in vectors.iter_mut().enumerate() {
-        row[i] = one;
-    }
-    let size = |a: &Square, diagonal: bool| {
-        let entries = (0..count).flat_map(|i| (0..count).map(move |j| (i, j)));
-        entries.filter(|(i, j)| diagonal || i != j).map(|(i, j)| a[i][j].hi.powi(2)).sum::<f64>()
-    };
-    let whole = size(&a, true);
-    for _ in 0..MOST_SWEEPS {
-        if size(&a, false) <= DIAGONAL * DIAGONAL * whole {
-            break;
-        }
-        for p in 0..count {
-            for q in p + 1..count {
-                if a[p][q].hi == 0.0 {
-                    continue;
-                }
-                let theta = (a[q][q] - a[p][p]).divide(a[p][q].scale(2.0));
-                let root = (theta * theta + one).sqrt();
-                let tangent = if theta.hi < 0.0 {
-                    one.divide(theta - root)
-                } else {
-                    one.divide(theta + root)
-                };
-                let cos = one.divide((tangent * tangent + one).sqrt());
-                let sin = tangent * cos;
-                let turn =
-                    |x: DoubleDouble, y: DoubleDouble| (cos * x - sin * y, sin * x + cos * y);
-                for row in &mut a {
-                    (row[p], row[q]) = turn(row[p], row[q]);
-                }
-                let (before, after) = a.split_at_mut(q);
-                for (x, y) in before[p].iter_mut().zip(&mut after[0]) {
-                    (*x, *y) = turn(*x, *y);
-                }
-                for row in &mut vectors {
-                    (row[p], row[q]) = turn(row[p], row[q]);
-                }
-            }
-        }
-    }
-    ((0..count).map(|i| a[i][i]).collect(), vectors)
 }
 
 #[cfg(test)]

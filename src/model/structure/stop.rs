@@ -91,6 +91,40 @@ impl Stop {
         self.phase
     }
 
+    /// The stop at rest at g = normal . q.
+    pub(super) fn homogeneous(&self) -> Self {
+        Self { gap: 0.0, amplitude: 0.0, ..self.clone() }
+    }
+
+    /// Refuses what no structure could have as a stop.
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
+        let count = self.normal.len();
+        checked_vector("normal", &self.normal, count)?;
+        if let Some(tangent) = &self.tangent {
+            checked_vector("tangent", tangent, count)?;
+        }
+        if !(self.friction.is_finite() && self.friction >= 0.0) {
+            let allowed = "a finite number >= 0";
+            return Err(ParameterError::number("friction", self.friction, allowed));
+        }
+        if self.normal.iter().all(|&value| value == 0.0) {
+            return Err(ParameterError::new("normal", "zeros", "a number other than 0"));
+        }
+        for (what, value) in
+            [("gap", self.gap), ("amplitude", self.amplitude), ("phase", self.phase)]
+        {
+            if !value.is_finite() {
+                return Err(ParameterError::number(what, value, "a finite number"));
+            }
+        }
+        if !(0.0..=1.0).contains(&self.restitution) {
+            let allowed = "a number in [0, 1]";
+            return Err(ParameterError::number("restitution", self.restitution, allowed));
+        }
+        Ok(())
+    }
+
+    /// Refuses what the structure cannot have as its stop of this place.
     pub(super) fn checked(
         &self,
         place: usize,
@@ -98,42 +132,23 @@ impl Stop {
         driven: bool,
     ) -> Result<(), ParameterError> {
         let named = |what: &str| format!("stops[{place}].{what}");
-        let finite = |what: &str, value: f64| {
-            let error = || ParameterError::new(named(what), value, "a finite number");
-            if value.is_finite() { Ok(()) } else { Err(error()) }
-        };
+        self.check()
+            .map_err(|error| ParameterError { name: named(&error.name).into(), ..error })?;
         checked_vector(&named("normal"), &self.normal, count)?;
-        if let Some(tangent) = &self.tangent {
-            checked_vector(&named("tangent"), tangent, count)?;
-        }
-        if !(self.friction.is_finite() && self.friction >= 0.0) {
-            let allowed = "a finite number >= 0";
-            return Err(ParameterError::new(named("friction"), self.friction, allowed));
-        }
-        if self.normal.iter().all(|&value| value == 0.0) {
-            return Err(ParameterError::new(named("normal"), "zeros", "a number other than 0"));
-        }
-        for (what, value) in [("gap", self.gap), ("amplitude", self.amplitude)] {
-            finite(what, value)?;
-        }
-        finite("phase", self.phase)?;
-        if !(0.0..=1.0).contains(&self.restitution) {
-            let allowed = "a number in [0, 1]";
-            return Err(ParameterError::new(named("restitution"), self.restitution, allowed));
-        }
         if self.amplitude != 0.0 && !driven {
             let allowed = "0 with drive_frequency = 0: a stop moves with the drive";
-            return Err(ParameterError::new(named("amplitude"), self.amplitude, allowed));
+            return Err(ParameterError::number(named("amplitude"), self.amplitude, allowed));
         }
         Ok(())
     }
 }
 
 /// A stop as the modes and an impact see it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct StopContactRows {
-    /// n . phi of the modes.
-    pub modal_normal: Vec<f64>,
+    /// n . phi and t . phi of the modes.
+    pub modal_normal: Vec<DoubleDouble>,
+    pub modal_tangent: Vec<DoubleDouble>,
     /// M^-1 n and M^-1 t; without friction t = 0.
     pub by_normal: Vec<f64>,
     pub by_tangent: Vec<f64>,
@@ -170,21 +185,29 @@ impl StopContactRows {
             let terms = modal[i].iter().zip(&modal[j]);
             terms.fold(DoubleDouble::ZERO, |sum, (&a, &b)| sum + a * b).value()
         };
-        Self {
-            modal_normal: modal[0].iter().map(|part| part.value()).collect(),
-            by_normal: mobility(&modal[0]),
-            by_tangent: mobility(&modal[1]),
-            mobilities: [product(0, 0), product(0, 1), product(1, 1)],
-        }
+        let (by_normal, by_tangent) = (mobility(&modal[0]), mobility(&modal[1]));
+        let mobilities = [product(0, 0), product(0, 1), product(1, 1)];
+        let [modal_normal, modal_tangent] = modal;
+        Self { modal_normal, modal_tangent, by_normal, by_tangent, mobilities }
     }
 
-    /// Refuses friction along a tangent that is parallel to the normal.
+    /// Refuses rows beyond the range of floats, and friction along a tangent that is parallel to the
+    /// normal.
     pub fn checked(&self, stop: &Stop, place: usize) -> Result<(), ParameterError> {
         let [a, b, c] = self.mobilities;
+        for (what, mobility) in [("normal", a), ("tangent", c)] {
+            let needed = what == "normal" || stop.friction > 0.0;
+            if needed && !(mobility.is_finite() && mobility > 0.0) {
+                let name = format!("stops[{place}].{what}");
+                let given = format!("a row x with x M^-1 x = {mobility:e}");
+                let allowed = "a row for which it is a finite number > 0";
+                return Err(ParameterError::new(name, given, allowed));
+            }
+        }
         if stop.friction > 0.0 && a * c - b * b <= PARALLEL * a * c {
             let name = format!("stops[{place}].tangent");
             let allowed = "a row that is not parallel to the normal";
-            return Err(ParameterError::new(name, "one parallel to it, or zeros", allowed));
+            return Err(ParameterError::new(name, "one parallel to it", allowed));
         }
         Ok(())
     }

@@ -8,7 +8,8 @@ use crate::flight::gap::TipGap;
 use crate::model::tip::Tip;
 use crate::search::Start;
 use crate::search::first_contact::{FirstPass, careful_search};
-use crate::simulate::{Phase, Simulation};
+use crate::simulate::model::ChatterView;
+use crate::simulate::{Anchor, Phase, Simulation};
 
 impl Simulation {
     /// Whether lanes can hold the usual flights and impacts of this system.
@@ -62,7 +63,15 @@ impl Simulation {
         (self.flight.clock, self.flight.state) = (clock, state);
         (self.flight.angle, self.flight.start) = (angle, start);
         let (regime, approach_velocity) = impacts.approach(j);
-        self.leave(clock, state, regime, approach_velocity)
+        let restitution = self.system.restitution;
+        let view = ChatterView {
+            regime,
+            approach: approach_velocity,
+            separation: 0.0,
+            restitution,
+            contact: 0,
+        };
+        self.leave(Anchor::after_impact(clock, state), &view)
     }
 
     /// Whether a wall leaves the bodies no room at the contact in lane `j`.

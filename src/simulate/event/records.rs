@@ -26,6 +26,8 @@ pub enum EventKind {
     Release = 6,
     /// Index is -1.
     Stop = 7,
+    /// A stop of a structure closes without friction; index points into the contacts.
+    Closed = 8,
 }
 
 /// A kept impact: the columns of `run.impacts`.

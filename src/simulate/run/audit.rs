@@ -7,7 +7,8 @@
 //! independently of the closed forms that gave it. Impacts skipped in chatter are resolved.
 
 use super::Run;
-use super::legs::{Follower, Kind, Leg, Slide};
+use super::legs::{self, Kind};
+use super::oblique::{Follower, Slide};
 use crate::contact::sustained::ContactForce;
 use crate::flight::FreeMotion;
 use crate::impact::{Impact, PreImpact, resolve};
@@ -18,7 +19,7 @@ use crate::numerics::cancel::CancelToken;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::quadrature::PANEL_ANGLE;
 use crate::numerics::quadrature::{PANEL, POINTS};
-use crate::simulate::event::ImpactEvent;
+use crate::simulate::event::{Event, ImpactEvent};
 use crate::simulate::impacts_hop_by_hop;
 
 /// Works of all forces on the system in the kept window of a run, in M1 l^2 omega_2^2: positive
@@ -83,6 +84,8 @@ impl EnergyAudit {
         }
     }
 }
+
+type Leg = legs::Leg<System>;
 
 /// The sums and what is needed to form them.
 struct Auditor<'a> {
@@ -263,7 +266,8 @@ impl Auditor<'_> {
     fn hops(&mut self, leg: &Leg, from: Clock) {
         let (mut clock, mut state) = (leg.anchor.clock, leg.anchor.state);
         let (system, motion) = (self.system, self.motion);
-        let impacts = impacts_hop_by_hop(system, leg.anchor, leg.end);
+        let impacts =
+            impacts_hop_by_hop(system, leg.anchor, leg.end).filter_map(Event::into_impact);
         let flight = |this: &mut Self, clock: Clock, state: State, to: Clock| {
             let flight = motion.flight(clock, state);
             let begin = if clock < from { from } else { clock };

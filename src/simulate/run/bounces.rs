@@ -5,7 +5,8 @@
 //! number of impacts, or where what is left is below rounding; each chatter says which.
 
 use super::Run;
-use super::legs::{Kind, Leg};
+use super::legs::{Kind, Leg, begins_leg};
+use super::recorded::{Kept, Recorded};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{EventKind, ImpactRecord};
 use crate::simulate::impacts_hop_by_hop;
@@ -45,27 +46,38 @@ impl BouncesEnd {
 }
 
 /// The impacts of a window, with those that chatter skipped.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Bounces {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bounces<R = ImpactRecord> {
     /// In the order of time.
-    pub impacts: Vec<ImpactRecord>,
+    pub impacts: Vec<R>,
     /// Of each, whether the run skipped it.
     pub skipped: Vec<bool>,
     /// Of each chatter in the window, in order, why the list of its impacts ends.
     pub ends: Vec<BouncesEnd>,
 }
 
-impl Run {
+impl<R> Default for Bounces<R> {
+    fn default() -> Self {
+        Self { impacts: Vec::new(), skipped: Vec::new(), ends: Vec::new() }
+    }
+}
+
+impl<M: Recorded> Run<M> {
     /// The impacts of the kept window and those that were skipped there, down to this approach
     /// velocity, and at most so many of them. Once `cancel` has ended it, the skipped impacts up to
     /// there.
     #[must_use]
-    pub fn bounces(&self, slowest: f64, most: usize, cancel: &CancelToken) -> Bounces {
+    pub fn bounces(
+        &self,
+        slowest: f64,
+        most: usize,
+        cancel: &CancelToken,
+    ) -> Bounces<M::ImpactRow> {
         let mut bounces = Bounces::default();
         // One leg comes before the first event, and one after each event that begins a leg.
         let mut legs = self.legs().into_iter();
         let mut left = most;
-        let mut skip = |bounces: &mut Bounces, leg: Option<Leg>, is_last: bool| {
+        let mut skip = |bounces: &mut Bounces<M::ImpactRow>, leg: Option<Leg<M>>, is_last: bool| {
             let Some(leg) = leg.filter(|leg| matches!(leg.kind, Kind::Hops(_))) else { return };
             let end = self.skipped_in(&leg, slowest, &mut left, cancel, bounces);
             let cut = end == BouncesEnd::Accumulation && is_last && self.skips_at_end();
@@ -78,10 +90,10 @@ impl Run {
             if let (true, Ok(row)) = (impact, usize::try_from(event.index))
                 && let Some(record) = self.impacts.get(row)
             {
-                bounces.impacts.push(*record);
+                bounces.impacts.push(record.clone());
                 bounces.skipped.push(false);
             }
-            if self.begins_leg(event) {
+            if begins_leg(event) {
                 let leg = legs.next();
                 skip(&mut bounces, leg, legs.len() == 0);
             }
@@ -92,28 +104,29 @@ impl Run {
     /// Lists the impacts that were skipped in a leg, and says why the list ends.
     fn skipped_in(
         &self,
-        leg: &Leg,
+        leg: &Leg<M>,
         slowest: f64,
         left: &mut usize,
         cancel: &CancelToken,
-        bounces: &mut Bounces,
+        bounces: &mut Bounces<M::ImpactRow>,
     ) -> BouncesEnd {
-        for event in impacts_hop_by_hop(&self.system, leg.anchor, leg.end) {
+        for event in impacts_hop_by_hop(&self.system, leg.anchor.clone(), leg.end) {
+            let (clock, _, Kept::Impact(impact)) = M::kept(&event) else { continue };
             if cancel.is_cancelled() {
                 return BouncesEnd::Interrupted;
             }
-            if event.impact.approach_velocity < slowest {
+            if M::approach(&event) < slowest {
                 return BouncesEnd::ApproachVelocity;
             }
             // The window may begin among the impacts of a chatter.
-            if event.clock <= self.window {
+            if clock <= self.window {
                 continue;
             }
             if *left == 0 {
                 return BouncesEnd::Cap;
             }
             *left -= 1;
-            bounces.impacts.push(ImpactRecord::from(&event));
+            bounces.impacts.push(impact);
             bounces.skipped.push(true);
         }
         BouncesEnd::Accumulation

@@ -3,13 +3,14 @@
 use super::collector::Collector;
 use super::kept::Kept;
 use super::options::RunOptions;
+use super::recorded::Recorded;
 use super::{FinalState, Run, RunError};
 use crate::model::error::{SimulationError, StateError};
 use crate::model::parameters::System;
-use crate::model::state::{Clock, State};
+use crate::model::state::Clock;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, EventKind, EventRecord, StopEvent, StopReason};
-use crate::simulate::{Cycle, Job, Simulation};
+use crate::simulate::{Cycle, Job, ModelEvent, Simulation};
 
 /// Most records for which there is room from the start: one impact per period is usual.
 const MOST_EXPECTED: usize = 1024;
@@ -18,15 +19,15 @@ const MOST_EXPECTED: usize = 1024;
 const MOST_COPIED: u64 = 1 << 16;
 
 /// A run in the making.
-pub(crate) struct Collection {
-    system: System,
+pub(crate) struct Collection<M: Recorded = System> {
+    system: M,
     options: RunOptions,
     window: Clock,
     first_section: i64,
-    simulation: Simulation,
-    collector: Collector,
-    kept: Kept,
-    end: Option<StopEvent>,
+    simulation: Simulation<M>,
+    collector: Collector<M>,
+    kept: Kept<M>,
+    end: Option<StopEvent<M::State>>,
     failure: Option<SimulationError>,
 }
 
@@ -38,30 +39,49 @@ impl Job for Collection {
         (&mut self.simulation, &mut self.collector)
     }
 
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // in the lanes
     fn take(&mut self, event: Result<Event, SimulationError>) {
-        match event {
-            Ok(Event::Stop(stop)) => self.end = Some(stop),
-            Ok(event) => {
-                if self.collector.precedes(event.clock()) {
-                    self.collector.anchor = self.simulation.checkpoint().anchor;
-                } else {
-                    self.kept.take(&event);
-                    if let Some((cycle, times)) = self.simulation.repeats() {
-                        self.repeat(&cycle, times);
-                    }
-                }
-            }
-            Err(error) => self.failure = Some(error),
-        }
+        self.took(event);
     }
 }
 
-impl Collection {
+impl<M: Recorded> Collection<M> {
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // in the lanes
+    fn took(&mut self, event: Result<M::Event, SimulationError>) {
+        let event = match event {
+            Ok(event) => event,
+            Err(error) => {
+                // An interruption that the run has gone on from is no longer its end.
+                (self.failure, self.end) = (Some(error), None);
+                return;
+            }
+        };
+        if let Some(stop) = event.as_stop() {
+            self.end = Some(stop.clone());
+        } else if self.collector.precedes(event.clock()) {
+            self.collector.anchor = self.simulation.checkpoint().anchor.clone();
+        } else {
+            self.kept.take(&event);
+            if let Some((cycle, times)) = self.simulation.repeats() {
+                self.repeat(&cycle, times);
+            }
+        }
+    }
+
+    /// Runs to the end.
+    pub(super) fn run_out(&mut self) {
+        while let Some(event) = self.simulation.advance(&mut self.collector) {
+            self.took(event);
+        }
+    }
+
     /// A run of which nothing is made yet.
     ///
     /// # Errors
     /// [`RunError`]: a bad option or start.
-    pub fn begin(system: &System, initial: State, options: RunOptions) -> Result<Self, RunError> {
+    pub fn begin(system: &M, initial: M::State, options: RunOptions) -> Result<Self, RunError<M>> {
         options.check(system)?;
         Ok(Self::new(system, initial, options, &CancelToken::never())?)
     }
@@ -70,15 +90,15 @@ impl Collection {
     /// whether it has ended.
     pub fn proceed(&mut self, cancel: &CancelToken) -> bool {
         self.simulation.proceed_with(cancel);
-        self.finish();
-        self.end.is_none_or(|end| end.reason != StopReason::Interrupted)
+        self.run_out();
+        self.end.as_ref().is_none_or(|end| end.reason != StopReason::Interrupted)
     }
 
     /// How many millionths of its time are done.
     #[cfg_attr(not(feature = "python"), expect(dead_code))]
     pub fn millionths_done(&self) -> usize {
         let drive = self.simulation.drive();
-        let here = self.end.map_or(self.simulation.clock(), |end| end.clock);
+        let here = self.end.as_ref().map_or(self.simulation.clock(), |end| end.clock);
         let part = drive.time(here) / drive.time(self.simulation.horizon_clock());
         usize::try_from((1e6 * part.clamp(0.0, 1.0)) as i64).unwrap_or_default()
     }
@@ -88,8 +108,8 @@ impl Collection {
     /// # Errors
     /// [`StateError`]: a bad start.
     pub fn new(
-        system: &System,
-        initial: State,
+        system: &M,
+        initial: M::State,
         options: RunOptions,
         cancel: &CancelToken,
     ) -> Result<Self, StateError> {
@@ -99,8 +119,8 @@ impl Collection {
     }
 
     pub(super) fn of(
-        simulation: Simulation,
-        system: &System,
+        simulation: Simulation<M>,
+        system: &M,
         options: RunOptions,
         window: Clock,
     ) -> Self {
@@ -118,10 +138,10 @@ impl Collection {
             sections: Vec::with_capacity(expected),
             window,
             inclusive: window <= simulation.clock(),
-            anchor: simulation.checkpoint().anchor,
+            anchor: simulation.checkpoint().anchor.clone(),
         };
         Self {
-            system: *system,
+            system: system.clone(),
             options,
             window,
             first_section: simulation.checkpoint().next_section,
@@ -148,8 +168,8 @@ impl Collection {
     }
 
     /// Goes on to the end, and makes the run of what was kept.
-    pub fn into_run(mut self) -> Result<Run, RunError> {
-        self.finish();
+    pub fn into_run(mut self) -> Result<Run<M>, RunError<M>> {
+        self.run_out();
         let failure = self.failure.take();
         let Self { system, options, window, first_section, simulation, collector, .. } = self;
         let end = self.end.unwrap_or_else(|| simulation.standstill());
@@ -182,7 +202,7 @@ impl Collection {
             window,
             first_section,
             window_anchor: collector.anchor,
-            checkpoint: *simulation.checkpoint(),
+            checkpoint: simulation.checkpoint().clone(),
         };
         match failure {
             Some(error) => Err(RunError::Simulation { error, done: Box::new(run) }),
@@ -194,6 +214,7 @@ impl Collection {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::state::State;
     use crate::simulate::run::run;
 
     #[test]

@@ -1,31 +1,37 @@
 //! Where the kept window of a run begins, and the sections in it.
 
+use super::recorded::Recorded;
+use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
-use crate::simulate::{Anchor, Observer};
+use crate::simulate::{Anchor, AnchorOf, Observer};
 
 /// Collects sections, and passes over what comes before the window.
-pub(crate) struct Collector {
-    pub(super) sections: Vec<[f64; 4]>,
+pub(crate) struct Collector<M: Recorded = System> {
+    pub(super) sections: Vec<M::Section>,
     /// Start of the window, and whether what happens there belongs to it.
     pub(super) window: Clock,
     pub(super) inclusive: bool,
     /// The leg in which the window begins.
-    pub(super) anchor: Anchor,
+    pub(super) anchor: AnchorOf<M>,
 }
 
-impl Observer for Collector {
+impl<M: Recorded> Observer<M::State> for Collector<M> {
     const SECTIONS: bool = true;
 
-    fn section(&mut self, _: i64, state: &State) {
-        self.sections.push(state.to_array());
+    #[inline]
+    fn section(&mut self, _: i64, state: &M::State) {
+        self.sections.push(M::section(state));
     }
 
-    fn skips(&mut self, clock: Clock, state: &State) -> bool {
-        let skipped = self.precedes(clock);
-        if skipped {
-            self.anchor = Anchor::after_impact(clock, *state);
+    #[inline]
+    fn skips(&mut self, clock: Clock, state: &M::State) -> bool {
+        if self.precedes(clock)
+            && let Some(leg) = M::passed_over(clock, state)
+        {
+            self.anchor = leg;
+            return true;
         }
-        skipped
+        false
     }
 }
 
@@ -35,9 +41,11 @@ impl Collector {
         let anchor = Anchor::apart(clock, State::from_array([0.0; 4]));
         Self { sections, window: clock, inclusive: true, anchor }
     }
+}
 
+impl<M: Recorded> Collector<M> {
     /// The sections so far.
-    pub fn sections(&self) -> &[[f64; 4]] {
+    pub fn sections(&self) -> &[M::Section] {
         &self.sections
     }
 

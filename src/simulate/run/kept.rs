@@ -1,66 +1,44 @@
 //! The events of the kept window, in their tables.
 
+use super::recorded::{self, Recorded, Row};
 use crate::flight::Drive;
 use crate::model::state::Clock;
-use crate::simulate::event::{
-    ContactRecord, Event, EventKind, EventRecord, GrazeRecord, ImpactEvent, ImpactRecord,
-};
+use crate::simulate::event::{EventKind, EventRecord};
 
 /// The tables of a run in the making.
-#[derive(Default)]
-pub(super) struct Kept {
-    pub impacts: Vec<ImpactRecord>,
-    pub grazes: Vec<GrazeRecord>,
-    pub contacts: Vec<ContactRecord>,
+pub(super) struct Kept<M: Recorded> {
+    pub impacts: Vec<M::ImpactRow>,
+    pub grazes: Vec<M::GrazeRow>,
+    pub contacts: Vec<M::ContactRow>,
     pub events: Vec<EventRecord>,
     /// What the clocks of the events hold beyond the tables.
     residuals: Vec<f64>,
 }
 
-impl Kept {
+impl<M: Recorded> Kept<M> {
     /// With room for so many impacts.
     pub fn with_capacity(expected: usize) -> Self {
         Self {
             impacts: Vec::with_capacity(expected),
+            grazes: Vec::new(),
+            contacts: Vec::new(),
             events: Vec::with_capacity(expected),
             residuals: Vec::with_capacity(expected),
-            ..Self::default()
         }
     }
 
     /// Takes an event.
-    pub fn take(&mut self, event: &Event) {
-        match event {
-            Event::Impact(e) => self.take_impact(e),
-            Event::Graze(e) => {
-                self.note(e.clock, e.time, EventKind::Graze, self.grazes.len());
-                self.grazes.push(GrazeRecord::from(e));
-            }
-            Event::Chatter(e) => {
-                self.note(e.clock, e.time, EventKind::Chatter, self.contacts.len());
-                self.contacts.push(ContactRecord::from(e));
-            }
-            Event::SlidePositive(e)
-            | Event::SlideNegative(e)
-            | Event::Stick(e)
-            | Event::Release(e) => {
-                self.note(e.clock, e.time, EventKind::of(e.mode), self.contacts.len());
-                self.contacts.push(ContactRecord::from(e));
-            }
-            Event::Stop(_) => {}
-        }
-    }
-
     #[inline(always)]
     #[allow(clippy::inline_always)] // nearly all events are impacts
-    fn take_impact(&mut self, e: &ImpactEvent) {
-        self.note(e.clock, e.time, EventKind::Impact, self.impacts.len());
-        self.impacts.push(ImpactRecord::from(e));
-    }
-
-    fn note(&mut self, clock: Clock, time: f64, kind: EventKind, index: usize) {
-        let (kind, index) = (kind as i64, index as i64);
-        self.events.push(EventRecord { time, period: clock.period, kind, index });
+    pub fn take(&mut self, event: &M::Event) {
+        let (clock, time, kept) = M::kept(event);
+        let (kind, index) = match kept {
+            recorded::Kept::Impact(row) => (EventKind::Impact, added(&mut self.impacts, row)),
+            recorded::Kept::Graze(row) => (EventKind::Graze, added(&mut self.grazes, row)),
+            recorded::Kept::Contact(kind, row) => (kind, added(&mut self.contacts, row)),
+            recorded::Kept::Nothing => return,
+        };
+        self.events.push(EventRecord { time, period: clock.period, kind: kind as i64, index });
         self.residuals.push(clock.residual);
     }
 
@@ -73,22 +51,28 @@ impl Kept {
             let (period, row) = (event.period + periods, event.index.unsigned_abs() as usize);
             let at = |time_in_period: f64| drive.time(Clock { period, time_in_period, residual });
             let (time, index) = if event.kind == EventKind::Impact as i64 {
-                let impact = self.impacts[row];
-                let time = at(impact.time_in_period);
-                (time, added(&mut self.impacts, ImpactRecord { time, period, ..impact }))
+                repeated(&mut self.impacts, row, period, at)
             } else if event.kind == EventKind::Graze as i64 {
-                let graze = self.grazes[row];
-                let time = at(graze.time_in_period);
-                (time, added(&mut self.grazes, GrazeRecord { time, period, ..graze }))
+                repeated(&mut self.grazes, row, period, at)
             } else {
-                let contact = self.contacts[row];
-                let time = at(contact.time_in_period);
-                (time, added(&mut self.contacts, ContactRecord { time, period, ..contact }))
+                repeated(&mut self.contacts, row, period, at)
             };
             self.events.push(EventRecord { time, period, index, ..event });
             self.residuals.push(residual);
         }
     }
+}
+
+/// Adds a row of a table again, in another period; its time, and its place there.
+fn repeated<R: Row>(
+    table: &mut Vec<R>,
+    row: usize,
+    period: i64,
+    at: impl Fn(f64) -> f64,
+) -> (f64, i64) {
+    let row = table[row].clone();
+    let time = at(row.time_in_period());
+    (time, added(table, row.moved(time, period)))
 }
 
 /// Adds a row to a table; its place there.

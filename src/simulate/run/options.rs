@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::recorded::Recorded;
 use crate::model::error::ParameterError;
-use crate::model::parameters::System;
 use crate::simulate::Horizon;
 use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE, MOST_COUNTED};
 
@@ -54,12 +54,14 @@ impl RunOptions {
     ///
     /// # Errors
     /// [`ParameterError`] names the option, its value and the allowed range.
-    pub fn check(&self, system: &System) -> Result<(), ParameterError> {
+    pub fn check<M: Recorded>(&self, system: &M) -> Result<(), ParameterError> {
+        let omega = system.own_drive().omega;
+        let period = std::f64::consts::TAU / omega;
         let error = |name, value: String, allowed: &str| {
             Err(ParameterError::new(name, value, allowed.to_string()))
         };
         match self.horizon {
-            Horizon::Periods(periods) if system.drive_frequency() == 0.0 => {
+            Horizon::Periods(periods) if omega == 0.0 => {
                 return error("periods", periods.to_string(), "time instead: drive_frequency is 0");
             }
             Horizon::Periods(periods) if periods < 0 => {
@@ -74,15 +76,13 @@ impl RunOptions {
         }
         let turns = match self.horizon {
             Horizon::Periods(periods) => periods as f64,
-            Horizon::Time(time) | Horizon::Impacts { max_time: time, .. } => {
-                time / system.drive_period()
-            }
+            Horizon::Time(time) | Horizon::Impacts { max_time: time, .. } => time / period,
         };
         if turns > MOST_COUNTED {
             return error("time", turns.to_string(), "at most 2^53 drive periods");
         }
         // A drive so slow that its period is beyond all numbers is refused even for none of them.
-        let length = turns * system.drive_period();
+        let length = turns * period;
         if let Horizon::Periods(periods) = self.horizon
             && (length.is_nan() || length > MOST_COUNTED)
         {

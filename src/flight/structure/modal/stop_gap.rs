@@ -1,24 +1,30 @@
 //! The gap of one stop along a flight of a structure, as the contact search asks for it.
 
-use super::{StopMotion, StructureFlight, StructureMotion};
+#![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+
+use super::shared::Shared;
+use super::{ModalFlight, ModalMotion, StopMotion, Table};
 use crate::flight::drive::{Trig, Turn};
 use crate::flight::oscillator::Motion;
 use crate::flight::table::Loads;
-use crate::numerics::lanes::LANES;
+use crate::numerics::lanes::{LANES, Lanes};
 use crate::search::gap::{Gap, GapBounds, GapPoint, Higher};
 use crate::search::steps::{Jet, Jets, ScanStart, SteppedGap, Weights};
 use crate::search::tolerances::{BOUND_MARGIN, SCAN_SPANS};
 
 /// The gap of one stop along a flight.
 pub(super) struct StopGap<'a> {
-    pub motion: &'a StructureMotion,
-    pub flight: &'a StructureFlight,
+    pub motion: &'a ModalMotion,
+    pub flight: &'a ModalFlight,
     pub index: usize,
     pub stop: &'a StopMotion,
+    /// Where there are many stops.
+    pub shared: Option<&'a Shared>,
 }
 
 impl StopGap<'_> {
     /// The modes that move it, with their part n . phi.
+    #[inline(always)]
     fn parts(&self) -> impl Iterator<Item = (usize, f64)> {
         self.stop.row.iter().copied().enumerate().filter(|&(_, part)| part != 0.0)
     }
@@ -32,8 +38,9 @@ impl StopGap<'_> {
         self.stop.amplitude.abs() * self.stop.drive.omega.powi(order)
     }
 
-    /// Derivatives 0 to 5 of the stop's motion A cos at a phase, its value as the increment from the
-    /// start.
+    /// Derivatives 0 to 5 of the stop's motion A cos at a phase, its value as the increment from
+    /// the start.
+    #[inline(always)]
     fn stop_motion(&self, (c1, sin): (f64, f64)) -> [f64; 6] {
         let StopMotion { amplitude, drive, .. } = self.stop;
         if *amplitude == 0.0 {
@@ -47,6 +54,7 @@ impl StopGap<'_> {
         [increment, -odd, -even, odd * w * w, even * w * w, -odd * w.powi(4)]
     }
 
+    #[inline(always)]
     fn turned(&self, s: f64) -> (f64, f64) {
         let turn = self.motion.drive.turned(Trig::ONE, s);
         (turn.cos_minus_1, turn.sin)
@@ -58,6 +66,7 @@ impl Gap for StopGap<'_> {
     type Instant = (GapPoint, Higher);
     type State = ();
 
+    #[inline(always)]
     fn start(&self) -> (f64, f64) {
         let StopMotion { gap, amplitude, .. } = self.stop;
         let own = gap + amplitude * self.flight.stops[self.index].cos;
@@ -85,12 +94,18 @@ impl Gap for StopGap<'_> {
         }
     }
 
+    #[inline(always)]
     fn change(&self, s: f64) -> (GapPoint, Self::Instant) {
         let turned = self.turned(s);
         let mut sums = self.stop_motion(turned).map(|own| -own);
-        for (i, part) in self.parts() {
+        let at = |i: usize| {
             let motion = self.motion.mode_at(self.flight, i, s, turned);
-            let [fourth, fifth, _] = self.motion.modes[i].oscillator.equation.higher(&motion);
+            (motion, self.motion.modes[i].oscillator.equation.higher(&motion))
+        };
+        let start = self.shared.filter(|_| s == 0.0);
+        let start = start.map(|shared| shared.start(|| (0..self.modes()).map(at).collect()));
+        for (i, part) in self.parts() {
+            let (motion, [fourth, fifth, _]) = start.map_or_else(|| at(i), |known| known[i]);
             let Motion { increment, rate, acceleration, jerk, .. } = motion;
             for (sum, term) in
                 sums.iter_mut().zip([increment, rate, acceleration, jerk, fourth, fifth])
@@ -116,12 +131,16 @@ impl SteppedGap for StopGap<'_> {
     /// Local time of the last place, and the step.
     type Places = (f64, f64);
 
+    #[inline(always)]
     fn scan_start(&self) -> ScanStart {
         let (point, _) = self.change(0.0);
         let (value, _) = self.start();
         let mut bounds = [0.0; 6];
+        let of =
+            |i: usize| self.motion.modes[i].oscillator.derivative_bounds(&self.flight.modes[i]);
+        let known = self.shared.map(|shared| shared.bounds(|| (0..self.modes()).map(of).collect()));
         for (i, part) in self.parts() {
-            let own = self.motion.modes[i].oscillator.derivative_bounds(&self.flight.modes[i]);
+            let own = known.map_or_else(|| of(i), |known| known[i]);
             for (bound, term) in bounds.iter_mut().zip(own) {
                 *bound += part.abs() * term;
             }
@@ -147,6 +166,7 @@ impl SteppedGap for StopGap<'_> {
         self.motion.reach
     }
 
+    #[inline(always)]
     fn extent(&self) -> f64 {
         self.start().1
     }
@@ -156,6 +176,7 @@ impl SteppedGap for StopGap<'_> {
     }
 
     /// By the amplitudes of all modes about their equilibria, and of the stop.
+    #[inline(always)]
     fn never_meets(&self, slack: f64) -> bool {
         let (mut nearest, mut size) = (self.stop.amplitude.abs(), 0.0);
         for (i, part) in self.parts() {
@@ -189,6 +210,7 @@ impl SteppedGap for StopGap<'_> {
         &self.motion.table(level).weights
     }
 
+    #[inline(always)]
     fn eight_steps(&self, level: usize, from: &f64) -> ((f64, f64), Jets) {
         let table = self.motion.table(level);
         let turned = self.turned(*from);
@@ -202,23 +224,22 @@ impl SteppedGap for StopGap<'_> {
             jets.value[j] = self.own_place() - own[0];
             (jets.rate[j], jets.second[j]) = (-own[1], -own[2]);
         }
-        for (i, part) in self.parts() {
-            let mode = &self.motion.modes[i].oscillator;
-            let body = &self.flight.modes[i];
-            let (x, v, phase) = if *from == 0.0 {
-                (body.x, body.v, self.flight.phases[i])
-            } else {
-                let motion = self.motion.mode_at(self.flight, i, *from, turned);
-                let phase = Turn::new(self.flight.phases[i], turned.0, turned.1).phase;
-                (motion.displacement(), motion.rate, phase)
-            };
-            let (xs, vs) = table.responses[i].motion(x, v, phase, Loads::of(mode));
+        let stride = |i: usize| self.mode_steps(table, i, *from, turned);
+        let add = |jets: &mut Jets, part: f64, [xs, vs, accelerations]: &[Lanes; 3]| {
             for j in 0..LANES {
-                let Trig { cos, sin } = table.turns[j].phase;
-                let cos_psi = phase.cos * cos - phase.sin * sin;
                 jets.value[j] += part * xs[j];
                 jets.rate[j] += part * vs[j];
-                jets.second[j] += part * mode.equation.acceleration(xs[j], vs[j], cos_psi);
+                jets.second[j] += part * accelerations[j];
+            }
+        };
+        if let Some(shared) = self.shared {
+            let known = shared.stride(level, *from, || (0..self.modes()).map(stride).collect());
+            for (i, part) in self.parts() {
+                add(&mut jets, part, &known.modes[i]);
+            }
+        } else {
+            for (i, part) in self.parts() {
+                add(&mut jets, part, &stride(i));
             }
         }
         ((*from, self.motion.step(level)), jets)
@@ -230,7 +251,33 @@ impl SteppedGap for StopGap<'_> {
 }
 
 impl StopGap<'_> {
+    fn modes(&self) -> usize {
+        self.motion.modes.len()
+    }
+
+    /// Displacements, rates and accelerations of a mode at eight steps from a local time on.
+    #[inline(always)]
+    fn mode_steps(&self, table: &Table, i: usize, from: f64, turned: (f64, f64)) -> [Lanes; 3] {
+        let mode = &self.motion.modes[i].oscillator;
+        let body = &self.flight.modes[i];
+        let (x, v, phase) = if from == 0.0 {
+            (body.x, body.v, self.flight.phases[i])
+        } else {
+            let motion = self.motion.mode_at(self.flight, i, from, turned);
+            let phase = Turn::new(self.flight.phases[i], turned.0, turned.1).phase;
+            (motion.displacement(), motion.rate, phase)
+        };
+        let (xs, vs) = table.responses[i].motion(x, v, phase, Loads::of(mode));
+        let accelerations = std::array::from_fn(|j| {
+            let Trig { cos, sin } = table.turns[j].phase;
+            let cos_psi = phase.cos * cos - phase.sin * sin;
+            mode.equation.acceleration(xs[j], vs[j], cos_psi)
+        });
+        [xs, vs, accelerations]
+    }
+
     /// What the stop and its gap take from the gap at the start of the flight.
+    #[inline(always)]
     fn own_place(&self) -> f64 {
         let StopMotion { gap, amplitude, .. } = self.stop;
         -gap - amplitude * self.flight.stops[self.index].cos

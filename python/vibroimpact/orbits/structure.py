@@ -1,0 +1,63 @@
+"""Periodic motions of structures, refined from their runs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .. import _core
+from ..arguments import reject
+from ..errors import Interrupted
+from ..run_parts import read_only
+from ..structure_motion import StructureOrbit
+from ..structure_run import StructureRun
+from .found import NotFound
+
+# Periods by which a run is continued where Newton's method finds no motion at its end.
+_FURTHER = (0, 64, 512)
+
+
+def refine_structure(run: StructureRun) -> StructureOrbit | NotFound:
+    """Find the periodic motion that a run has settled on; see ``StructureRun.refine``."""
+    system = run.system
+    if system.drive_frequency == 0.0:
+        reject("drive_frequency", 0.0, "a number > 0: a motion repeats after drive periods")
+    period = run.period
+    if period.m is None:
+        return NotFound(reason=f"the run is {run.label}, not periodic")
+    if run.final_state.time_in_period > 0.0:
+        # Continue to the start of the next drive period.
+        run = run.resume(time=system.drive_period - run.final_state.time_in_period)
+    why = ""
+    for further in _FURTHER:
+        if further:
+            run = run.resume(periods=further, keep=0)
+        core, reason = _core.structure_motion(run._core, period.m)
+        if core is None:
+            why = str(reason)
+            if why == "interrupted":
+                raise Interrupted("interrupted while a motion was refined", run)
+            continue
+        found = _motion(run, core, period.m)
+        chatters = period.n is not None and math.isinf(period.n)
+        if chatters or found.n == period.n:
+            return found
+        why = f"Newton's method does not find the run's {run.label} motion"
+    return NotFound(reason=why)
+
+
+def _motion(run: StructureRun, core: _core.StructureOrbit, m: int) -> StructureOrbit:
+    impacts = np.array(core.impacts, np.int64)
+    return StructureOrbit(
+        system=run.system,
+        state=read_only(run.system._from_core(core.state)),
+        m=m,
+        n=int(impacts.sum()),
+        impacts=read_only(impacts),
+        residual=core.residual,
+        derivative=read_only(core.derivative),
+        multipliers=read_only(np.array([complex(*pair) for pair in core.multipliers])),
+        error=core.bound,
+        stability=core.stability,
+    )

@@ -1,0 +1,146 @@
+"""Bifurcation diagrams of structures: a section of the motion against the varied number."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from ..arguments import count, naming, reject
+from ..sweeps.structure_diagram_results import StructureDiagram
+from .style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION, curve_legend, new_axes
+
+Array = NDArray[np.float64]
+
+_STOP_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, SKY_BLUE, ORANGE)
+_IMPACT_VALUES = {
+    "approach_velocity": "approach velocity $u$ at impacts",
+    "phase": r"drive phase $\psi$ at impacts",
+    "impulse_normal": "impulse $P$ of impacts",
+    "energy_loss": "energy loss of impacts",
+}
+
+
+@naming
+def structure_bifurcation(
+    diagram: StructureDiagram,
+    *,
+    section: Literal["impact", "stroboscopic"] = "impact",
+    value: str | None = None,
+    coordinate: int = 0,
+    size: float = 1.0,
+    legend: bool = True,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw a section of structures against the varied number.
+
+    Points whose run did not come to its end are marked by a grey rug along the bottom.
+
+    Parameters
+    ----------
+    diagram : StructureDiagram
+        Result of `vibroimpact.bifurcation_diagram` of a structure.
+    section : {"impact", "stroboscopic"}
+        The impacts, coloured by their stop, or the states once per drive period.
+    value : str, optional
+        Of impacts "approach_velocity", the default, "phase", "impulse_normal", "energy_loss", "q",
+        "v_pre" or "v_post"; of sections "q", the default, or "v".
+    coordinate : int
+        Of "q" and "v" this coordinate, from 0.
+    size : float
+        Area of a point in square points.
+    legend : bool
+        Name the stops, where there are several.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw in; new ones by default.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    ParameterError
+        If an argument is of the wrong kind or out of range.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> oscillator = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8)], damping_ratios=[0.05],
+    ...                           drive_amplitude=[1], drive_frequency=2.0)
+    >>> diagram = vi.bifurcation_diagram(oscillator, initial=[[0], [0]],
+    ...                                  drive_frequency=[1.9, 2.0, 2.05], periods=200, keep=50)
+    >>> vi.plot.structure_bifurcation(diagram, section="stroboscopic").get_ylabel()
+    '$q_0$ once per drive period'
+    """
+    if not isinstance(diagram, StructureDiagram):
+        reject("diagram", diagram, "a StructureDiagram")
+    known = {"impact": [*_IMPACT_VALUES, "q", "v_pre", "v_post"], "stroboscopic": ["q", "v"]}
+    if section not in known:
+        reject("section", section, "'impact' or 'stroboscopic'")
+    value = known[section][0] if value is None else value
+    if value not in known[section]:
+        reject("value", value, f"one of {', '.join(known[section])} for section={section!r}")
+    width = next((run.system.coordinates for run in diagram.runs if run is not None), 1)
+    coordinate = count("coordinate", coordinate, least=0, most=width - 1)
+    axes = new_axes(ax)
+    style: dict[str, Any] = {"s": size, "linewidths": 0, "rasterized": True}
+    if section == "stroboscopic":
+        states = diagram.stroboscopic[:, int(value == "v"), coordinate]
+        axes.scatter(diagram.stroboscopic_values, states, color=BLACK, **style)
+        axes.set_ylabel(f"${_symbol(value, coordinate)}$ once per drive period")
+    else:
+        _draw_impacts(axes, diagram, value, coordinate, style, legend)
+    ended = np.isin(diagram.status, ("completed", "restarted", "rest"))
+    if not ended.all():
+        across = axes.get_xaxis_transform()
+        missing = diagram.values[~ended]
+        axes.vlines(missing, 0, 0.03, color="0.45", transform=across, linewidth=0.8)
+    axes.set_xlabel(diagram.name.replace("_", " "))
+    return axes
+
+
+def _draw_impacts(
+    axes: Axes,
+    diagram: StructureDiagram,
+    value: str,
+    coordinate: int,
+    style: dict[str, Any],
+    legend: bool,
+) -> None:
+    if not len(diagram.impacts):
+        axes.text(0.5, 0.5, "no impact in the kept drive periods", transform=axes.transAxes,
+                  ha="center", va="center")  # fmt: skip
+        return
+    column = diagram.impacts[value]
+    column = column[:, coordinate] if column.ndim == 2 else column
+    stops = diagram.impacts["stop"]
+    present = np.unique(stops).tolist()
+    # In a fixed random order, so that no stop hides the others.
+    order = np.random.default_rng(0).permutation(len(column))
+    colors = np.array([_STOP_COLORS[stop % len(_STOP_COLORS)] for stop in stops.tolist()])
+    several = len(present) > 1
+    axes.scatter(
+        diagram.impact_values[order], column[order], c=colors[order] if several else BLACK, **style
+    )
+    if several:
+        entries = {f"stop {stop}": _STOP_COLORS[stop % len(_STOP_COLORS)] for stop in present}
+        handles = [
+            Line2D([], [], marker="o", linestyle="", color=color, markersize=4, label=name)
+            for name, color in entries.items()
+        ]
+        curve_legend(axes, legend, handles)
+    if value in _IMPACT_VALUES:
+        axes.set_ylabel(_IMPACT_VALUES[value])
+    else:
+        axes.set_ylabel(f"${_symbol(value, coordinate)}$ at impacts")
+
+
+def _symbol(value: str, coordinate: int) -> str:
+    if value == "q":
+        return f"q_{{{coordinate}}}" if coordinate > 9 else f"q_{coordinate}"
+    sign = {"v_pre": "^-", "v_post": "^+"}.get(value, "")
+    return rf"\dot q_{{{coordinate}}}{sign}"

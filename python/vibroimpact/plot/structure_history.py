@@ -1,0 +1,251 @@
+"""Time history of a run of a structure: coordinates, the stops that act on them, and impacts.
+
+A stop that acts on one coordinate is a line at which that coordinate meets it:
+
+    n_i q_i = gap + A cos(omega t + phase)
+
+Curves and bands are those of the other time histories; what belongs to a stop has its colour and
+its mark. Source of the gap function: the page on structures.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from ..arguments import reject
+from ..stop import Stop
+from ..structure import Structure
+from ..structure_run import StructureRun
+from .curve import Curve, sample, times_within
+from .given import regime_color
+from .marks import ContactSpan, draw_bands, draw_regimes
+from .style import (
+    BLUE,
+    BODY_COLORS,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY_BLUE,
+    VERMILLION,
+    curve_legend,
+    new_axes,
+)
+
+Array = NDArray[np.float64]
+Mode = Literal["closed", "slide", "stick"]
+
+# Coordinates that are drawn unasked, and the most that their lines tell apart.
+_FEW, _MOST = 4, 8
+_DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))
+# Colour and mark of a stop. Marks alone tell six of them apart.
+_STOPS = (
+    (VERMILLION, "o"),
+    (BLUE, "s"),
+    (GREEN, "^"),
+    (ORANGE, "v"),
+    (PURPLE, "D"),
+    (SKY_BLUE, "P"),
+)
+# A stop so many heights of the motion away from it is left out: it would flatten the motion.
+_AWAY = 1.0
+# A velocity of slip below this part of the velocities in it is a stick.
+_STUCK = 1e-9
+
+
+class ClosedSpan(NamedTuple):
+    """A stretch of time in which a stop is closed, in one mode."""
+
+    stop: int
+    start: float
+    end: float
+    mode: Mode
+
+
+def structure_history(
+    run: StructureRun,
+    *,
+    coordinates: Any,
+    window: tuple[float, float] | None,
+    periods: float | None,
+    points_per_period: int | None,
+    color: Any,
+    legend: bool,
+    ax: Axes | None,
+) -> Axes:
+    """Draw coordinates of a structure against time; the arguments are those of `time_history`."""
+    by_regime = regime_color(color)
+    structure = run.system
+    shown = _shown(coordinates, structure)
+    curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
+    ax = new_axes(ax)
+    first, last = float(curve.time[0]), float(curve.time[-1])
+    spans = closed_spans(run, (first, last))
+    draw_bands(ax, _bands(spans))
+    for place, i in enumerate(shown):
+        ax.plot(
+            curve.time,
+            curve.state[:, 0, i],
+            color=BODY_COLORS[1 + place % 2],
+            lw=(0.8, 1.5)[place % 2],
+            ls=_DASHES[place // 2],
+            label=f"$q_{{{i}}}$",
+        )
+    moved = curve.state[:, 0, list(shown)]
+    for number, stop in enumerate(structure.stops):
+        _draw_line(ax, number, stop, structure, curve, shown, moved)
+        _draw_closed(ax, number, stop, curve, shown, spans)
+    hits, heights = _places(run, curve, shown)
+    if by_regime:
+        draw_regimes(ax, hits["regime"], hits["time"], heights)
+    else:
+        _mark_stops(ax, hits, heights)
+    ax.set_xlim(first, last)
+    ax.set_xlabel("$t$")
+    ax.set_ylabel("$" + r",\ ".join(f"q_{{{i}}}" for i in shown) + "$")
+    curve_legend(ax, legend)
+    return ax
+
+
+def _shown(given: Any, structure: Structure) -> tuple[int, ...]:
+    """Return the coordinates to draw: by default a few, those on which stops act before others."""
+    count = structure.coordinates
+    if given is None:
+        met = np.zeros(count, dtype=bool)
+        for stop in structure.stops:
+            met |= stop.normal != 0.0
+        order = np.argsort(~met, kind="stable")[:_FEW]
+        return tuple(sorted(int(i) for i in order))
+    one = isinstance(given, int) and not isinstance(given, bool)
+    try:
+        many = (given,) if one else tuple(given)
+    except TypeError:
+        many = ()
+    fits = 0 < len(many) <= _MOST and len(set(many)) == len(many)
+    whole = all(isinstance(i, int | np.integer) and not isinstance(i, bool) for i in many)
+    if isinstance(given, str) or not fits or not whole or not all(0 <= i < count for i in many):
+        allowed = f"None, a number from 0 to {count - 1}, or at most {_MOST} different ones"
+        reject("coordinates", given, allowed)
+    return tuple(int(i) for i in many)
+
+
+def closed_spans(run: StructureRun, window: tuple[float, float]) -> list[ClosedSpan]:
+    """Return the stretches of time in a window in which stops are closed, by their beginning."""
+    start, end = window
+    events = np.concatenate([run.contacts["time"], run.impacts["time"]])
+    borders = np.unique([start, *times_within(events, window), end])
+    # Between two events the same stops are closed: those in which forces act amid them.
+    states, forces = run.trajectory(0.5 * (borders[:-1] + borders[1:]), forces=True)
+    spans: list[ClosedSpan] = []
+    for number, stop in enumerate(run.system.stops):
+        last = -1
+        for place in np.flatnonzero(forces[:, number, 0] > 0.0):
+            low, high = float(borders[place]), float(borders[place + 1])
+            mode = _mode(stop, states[place, 1])
+            if place == last + 1 and last >= 0 and spans[-1].mode == mode:
+                low = spans.pop().start
+            spans.append(ClosedSpan(number, low, high, mode))
+            last = int(place)
+    return sorted(spans, key=lambda span: (span.start, span.stop))
+
+
+def _mode(stop: Stop, velocity: Array) -> Mode:
+    """Return what a closed stop does at these velocities."""
+    if stop.tangent is None or stop.friction == 0.0:
+        return "closed"
+    # In a stick the velocity of slip is rounding.
+    slip, size = stop.tangent @ velocity, np.abs(stop.tangent) @ np.abs(velocity)
+    return "slide" if abs(slip) > _STUCK * size else "stick"
+
+
+def _bands(spans: list[ClosedSpan]) -> list[ContactSpan]:
+    """Return the stretches in which any stop is closed, in the mode of the one with friction."""
+    borders = sorted({time for span in spans for time in (span.start, span.end)})
+    bands: list[ContactSpan] = []
+    for low, high in pairwise(borders):
+        modes = {span.mode for span in spans if span.start <= low and high <= span.end}
+        for mode in ("stick", "slide", "closed"):
+            if mode not in modes:
+                continue
+            if bands and (bands[-1].end, bands[-1].mode) == (low, mode):
+                low = bands.pop().start
+            bands.append(ContactSpan(low, high, mode))
+            break
+    return bands
+
+
+def _draw_line(
+    ax: Axes,
+    number: int,
+    stop: Stop,
+    structure: Structure,
+    curve: Curve,
+    shown: tuple[int, ...],
+    moved: Array,
+) -> None:
+    """Draw where a coordinate meets a stop that acts on it alone."""
+    rows = np.flatnonzero(stop.normal)
+    if len(rows) != 1 or int(rows[0]) not in shown:
+        return
+    phase = structure.drive_frequency * curve.time + stop.phase
+    level = (stop.gap + stop.amplitude * np.cos(phase)) / stop.normal[rows[0]]
+    low, high = float(moved.min()), float(moved.max())
+    reach = _AWAY * (high - low)
+    if reach > 0.0 and (level.min() > high + reach or level.max() < low - reach):
+        return
+    color, _ = _STOPS[number % len(_STOPS)]
+    (line,) = ax.plot(curve.time, level, color=color, lw=0.9, ls=(0, (4, 1.5)), zorder=1.5)
+    line.set_gid(f"stop-{number}")
+
+
+def _draw_closed(
+    ax: Axes,
+    number: int,
+    stop: Stop,
+    curve: Curve,
+    shown: tuple[int, ...],
+    spans: list[ClosedSpan],
+) -> None:
+    """Draw a broad line under coordinates while a stop that acts on them is closed."""
+    color, _ = _STOPS[number % len(_STOPS)]
+    for span in spans:
+        if span.stop != number:
+            continue
+        inside = (curve.time >= span.start) & (curve.time <= span.end)
+        for i in shown:
+            if stop.normal[i] != 0.0:
+                q = curve.state[inside, 0, i]
+                ax.plot(curve.time[inside], q, color=color, lw=3.0, alpha=0.6, zorder=1.2)
+
+
+def _places(run: StructureRun, curve: Curve, shown: tuple[int, ...]) -> tuple[Any, Array]:
+    """Return the impacts of the window and their heights, once for each coordinate they act on."""
+    hits = run.impacts[curve.impacts]
+    normals = np.array([stop.normal for stop in run.system.stops])
+    acts = [normals[hits["stop"], i] != 0.0 if len(hits) else slice(0) for i in shown]
+    rows = [hits[act] for act in acts]
+    heights = [row["q"][:, i] for row, i in zip(rows, shown, strict=True)]
+    return np.concatenate(rows), np.concatenate(heights)
+
+
+def _mark_stops(ax: Axes, hits: NDArray[np.void], heights: Array) -> None:
+    """Mark impacts by their stop."""
+    for number in np.unique(hits["stop"]):
+        color, marker = _STOPS[number % len(_STOPS)]
+        here = hits["stop"] == number
+        ax.plot(
+            hits["time"][here],
+            heights[here],
+            linestyle="none",
+            marker=marker,
+            markersize=4.5,
+            markerfacecolor=color,
+            markeredgecolor="white",
+            markeredgewidth=0.3,
+            label=f"stop {number}",
+            zorder=3,
+        )

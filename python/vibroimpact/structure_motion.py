@@ -1,0 +1,146 @@
+"""What is computed from a run of a structure: a periodic motion, and Lyapunov exponents."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .fixed_arrays import FixedArrays
+from .interruption import interruptible
+from .showing import Facts, Shown, in_a_line
+from .structure import Structure
+
+Array = NDArray[np.float64]
+
+
+@interruptible
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class StructureOrbit(FixedArrays, Shown):
+    """A periodic motion of a structure, found to rounding by Newton's method.
+
+    ``vi.simulate(orbit.system, initial=orbit.state, periods=orbit.m)`` runs it.
+
+    Attributes
+    ----------
+    system
+        The structure.
+    state
+        Rows q and v at the start of a drive period, (2, N).
+    m, n
+        Drive periods of an orbit, and impacts in it on all stops, without those that a complete
+        chatter skips.
+    impacts
+        Those on each stop.
+    residual
+        Largest difference of the end of an orbit from its start.
+    derivative
+        Of the return map, the state m periods later by the state, (2 N', 2 N'), exact up to
+        rounding; N' modes of a structure `from_modes`, in their coordinates.
+    multipliers
+        Its eigenvalues, complex, by descending modulus.
+    error
+        Rounding of their moduli.
+    stability
+        ``"stable"``, ``"unstable"``, or ``"undecided"`` where the largest modulus is 1 to rounding.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> oscillator = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8)], damping_ratios=[0.05],
+    ...                           drive_amplitude=[1], drive_frequency=2.0)
+    >>> motion = vi.simulate(oscillator, initial=[[0], [0]], periods=200, keep=50).refine()
+    >>> motion.label, motion.stability, motion.multipliers.shape
+    ('1-1', 'stable', (2,))
+    """
+
+    system: Structure
+    state: Array
+    m: int
+    n: int
+    impacts: NDArray[np.int64]
+    residual: float
+    derivative: Array
+    multipliers: NDArray[np.complex128]
+    error: float
+    stability: str
+
+    @property
+    def label(self) -> str:
+        """The label m-n."""
+        return f"{self.m}-{self.n}"
+
+    def _facts(self) -> Facts:
+        return {
+            "motion": f"{self.label}, {self.stability}",
+            "multipliers": in_a_line(np.abs(self.multipliers)),
+            "q": in_a_line(self.state[0]),
+            "v": in_a_line(self.state[1]),
+            "residual": f"{self.residual:.3g}",
+        }
+
+    def __repr__(self) -> str:
+        """Say its label and stability."""
+        return f"<StructureOrbit {self.label}, {self.stability}>"
+
+
+@interruptible
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class StructureSpectrum(FixedArrays, Shown):
+    """Lyapunov exponents of a motion of a structure, per unit of its time, natural logarithm.
+
+    Attributes
+    ----------
+    exponents
+        The largest ones, descending, (count,). -inf where perturbations die out at once: in lasting
+        contact, complete chatter, a plastic impact.
+    error
+        Standard errors from the means of ten blocks, (count,); 0 for -inf.
+    time
+        Time they are measured over: the last nine tenths of what was asked for.
+    impacts
+        Impacts at each stop in that time, without those that complete chatter skips.
+    label
+        Label of the motion.
+    system
+        The structure.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> oscillator = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8)], damping_ratios=[0.05],
+    ...                           drive_amplitude=[1], drive_frequency=2.0)
+    >>> spectrum = vi.lyapunov_spectrum(oscillator, initial=[[0], [0]], periods=400)
+    >>> spectrum.label, spectrum.exponents.shape, spectrum.largest < 0
+    ('1-1', (2,), True)
+    """
+
+    exponents: Array
+    error: Array
+    time: float
+    impacts: NDArray[np.int64]
+    label: str
+    system: Structure
+
+    @property
+    def per_period(self) -> Array:
+        """The exponents per drive period, those of the stroboscopic map."""
+        return self.exponents * self.system.drive_period
+
+    @property
+    def largest(self) -> float:
+        """The largest exponent: > 0 for chaotic motion."""
+        return float(self.exponents[0])
+
+    def _facts(self) -> Facts:
+        return {
+            "motion": self.label,
+            "exponents": in_a_line(self.exponents),
+            "errors": in_a_line(self.error),
+            "time": f"{self.time:.6g}",
+        }
+
+    def __repr__(self) -> str:
+        """Say the largest exponent and the label."""
+        return f"<StructureSpectrum {self.label}, largest {self.largest:.4g}>"

@@ -1,0 +1,131 @@
+"""Parts of a run of a structure: the state at its end, and the arrays of its file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from .arguments import reject
+from .fixed_arrays import FixedArrays
+from .interruption import interruptible
+from .showing import Facts, Shown, in_a_line
+from .tables import of_columns
+
+Array = NDArray[np.float64]
+
+TABLES: Final = ("impacts", "grazes", "contacts", "events")
+# Of a structure from its modes a file has the tables in both coordinates.
+_MODAL: Final = "modal_"
+
+
+@interruptible
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StructureState(FixedArrays, Shown):
+    """The state of a structure at the end of a run, after the impact if one falls on that instant.
+
+    Attributes
+    ----------
+    q, v
+        Coordinates and velocities, (N,).
+    time
+        Time since the start.
+    period, time_in_period
+        Completed drive periods and the time since the last one, which together stay exact where
+        ``time`` has lost digits.
+    mode
+        ``"flight"``; or while stops are closed ``"closed"``, without friction, or of the one with
+        friction ``"slide_positive"``, ``"slide_negative"`` (the sign of tangent . v) or
+        ``"stick"``.
+    closed
+        Which stops are closed, (number of stops,), booleans.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> structure = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.5, 0.8)],
+    ...                          drive_amplitude=[1], drive_frequency=2.0)
+    >>> run = vi.simulate(structure, initial=[[0], [0]], periods=10)
+    >>> run.final_state.mode, run.final_state.q.shape
+    ('flight', (1,))
+    """
+
+    q: Array
+    v: Array
+    time: float
+    period: int
+    time_in_period: float
+    mode: str
+    closed: NDArray[np.bool_]
+
+    @property
+    def state(self) -> Array:
+        """Coordinates and velocities (2, N), as ``initial=`` takes them."""
+        return np.stack([self.q, self.v])
+
+    def __repr__(self) -> str:
+        """Say when it is, what the stops do, and where the coordinates are."""
+        return (
+            f"<StructureState at time {self.time:.6g} (period {self.period}), "
+            f"{self.mode.replace('_', ' ')}, q = {in_a_line(self.q)}>"
+        )
+
+    def _facts(self) -> Facts:
+        closed = ", ".join(str(stop) for stop in np.flatnonzero(self.closed)) or "none"
+        return {
+            "time": f"{self.time:.6g}",
+            "drive periods": self.period,
+            "mode": self.mode.replace("_", " "),
+            "closed stops": closed,
+            "q": in_a_line(self.q),
+            "v": in_a_line(self.v),
+        }
+
+
+def check_arrays(given: Mapping[str, NDArray[Any]], like: Mapping[str, NDArray[Any]]) -> None:
+    """Check that arrays are of the same names, types and rows as others.
+
+    Raises
+    ------
+    ParameterError
+        Names the array.
+    """
+    if given.keys() != like.keys():
+        reject("arrays", sorted(given), ", ".join(sorted(like)))
+    for name, array in given.items():
+        known, fixed = like[name], name == "initial"
+        same = array.shape == known.shape if fixed else array.shape[1:] == known.shape[1:]
+        if array.ndim != known.ndim or array.dtype != known.dtype or not same:
+            reject(name, f"{array.dtype}, {array.shape}", f"rows like {known.dtype}, {known.shape}")
+
+
+def arrays_of(
+    core: _core.StructureRun, physical: Mapping[str, NDArray[Any]], modal: bool
+) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a file: the physical ones, and where they differ those of the core."""
+    arrays = dict(physical)
+    if modal:
+        arrays[f"{_MODAL}stroboscopic"] = core.stroboscopic
+        arrays |= {
+            f"{_MODAL}{name}": of_columns(getattr(core, name)).view(np.ndarray) for name in TABLES
+        }
+    return arrays
+
+
+def core_of(
+    structure: _core.Structure, text: str, arrays: Mapping[str, NDArray[Any]], modal: bool
+) -> _core.StructureRun:
+    """Return the core of a run from the text of its progress and the arrays of a file."""
+    prefix = _MODAL if modal else ""
+
+    def columns(name: str) -> dict[str, NDArray[Any]]:
+        rows = arrays[prefix + name]
+        return {each: np.ascontiguousarray(rows[each]) for each in rows.dtype.names or ()}
+
+    tables = {name: columns(name) for name in TABLES}
+    sections = arrays[f"{prefix}stroboscopic"]
+    return _core.StructureRun.from_parts(structure, text, stroboscopic=sections, **tables)

@@ -1,0 +1,44 @@
+"""Rows of a structure's run that only say what impacts did to closed stops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from .motion import HOLDS
+
+
+def essential(
+    events: Sequence[tuple[str, int, float]],
+    *,
+    told_again: bool,
+    holds: Mapping[int, str] | None = None,
+) -> tuple[list[int], dict[int, str]]:
+    """Places of (kind, stop, time) without such rows, and what is told last of closed stops.
+
+    Impacts tell that a closed stop goes on as before, or that one they hit has opened. Where it is
+    `told_again`, a closed stop that is hit is told to be closed again, and one that is not told so
+    has opened. `holds` are the stops that are closed before.
+    """
+    before = dict(holds or {})
+    kept, first = list[int](), 0
+    while first < len(events):
+        end = first
+        while end < len(events) and events[end][2] == events[first][2]:
+            end += 1
+        group = range(first, end)
+        struck = {events[k][1] for k in group if events[k][0] == "impact"}
+        now = dict(before)
+        for k in group:
+            kind, stop, _ = events[k]
+            if kind == "release" or (told_again and kind == "impact"):
+                now.pop(stop, None)
+        for k in group:
+            kind, stop, _ = events[k]
+            if kind in HOLDS:
+                now[stop] = kind
+            repeated = struck and kind in HOLDS and before.get(stop) == kind
+            opened = kind == "release" and stop in struck and stop in before
+            if not (repeated or opened):
+                kept.append(k)
+        before, first = now, end
+    return kept, before

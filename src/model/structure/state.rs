@@ -1,0 +1,52 @@
+//! The state of a structure.
+
+use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
+
+use crate::model::state::ModelState;
+
+/// N numbers, without memory of their own where they are few.
+pub type Coordinates = SmallVec<[f64; 6]>;
+
+/// Coordinates and velocities of a structure, (N,) each.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct StructureState {
+    /// q.
+    pub q: Coordinates,
+    /// q'.
+    pub v: Coordinates,
+}
+
+impl StructureState {
+    /// From q and v.
+    ///
+    /// # Panics
+    /// If they differ in length.
+    #[must_use]
+    pub fn new(q: &[f64], v: &[f64]) -> Self {
+        assert_eq!(q.len(), v.len(), "as many velocities as coordinates");
+        Self { q: Coordinates::from_slice(q), v: Coordinates::from_slice(v) }
+    }
+
+    /// Largest number by size.
+    pub(crate) fn size(&self) -> f64 {
+        self.q.iter().chain(&self.v).fold(0.0, |most: f64, x| most.max(x.abs()))
+    }
+}
+
+impl ModelState for StructureState {
+    fn is_finite(&self) -> bool {
+        self.q.iter().chain(&self.v).all(|x| x.is_finite())
+    }
+
+    fn earlier(mut self, time: f64) -> Self {
+        for (q, v) in self.q.iter_mut().zip(&self.v) {
+            *q -= time * v;
+        }
+        self
+    }
+
+    fn to_vec(&self) -> Vec<f64> {
+        self.q.iter().chain(&self.v).copied().collect()
+    }
+}

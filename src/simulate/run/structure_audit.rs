@@ -1,0 +1,218 @@
+//! Energy audit of a run of a structure: the works of all forces against the change of energy.
+//!
+//! E = (q' M q' + q K q)/2. Between impacts the powers of the loads, of the dampers, of moving stops in
+//! contact (-P times the stop's velocity) and of friction there (Q s) are integrated by Gauss-Legendre
+//! quadrature along the motion, independently of the closed forms that gave it. Impacts take their loss
+//! and get the work of a moving stop; those skipped in chatter are resolved.
+
+use super::Run;
+use super::legs::{Kind, Leg};
+use crate::impact::StopImpact;
+use crate::model::state::Clock;
+use crate::model::structure::{Structure, StructureState};
+use crate::numerics::cancel::CancelToken;
+use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::quadrature::{PANEL, PANEL_ANGLE};
+use crate::simulate::structure::{Motion, StructureEvent, StructureLeg};
+use crate::simulate::{AnchorOf, Model, impacts_hop_by_hop};
+
+/// Works of all forces on a structure in the kept window of a run, in its own units: positive what
+/// enters.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StructureAudit {
+    /// Energy at the start of the window.
+    pub energy_start: f64,
+    /// Energy at its end.
+    pub energy_end: f64,
+    /// Work of the drive and the constant load.
+    pub loads: f64,
+    /// Work of the dampers, not positive.
+    pub damping: f64,
+    /// Work taken by impacts, restitution and friction.
+    pub impacts: f64,
+    /// Work of friction in lasting contact, not positive.
+    pub contact_friction: f64,
+    /// Work of moving stops, in impacts and in contact.
+    pub stops: f64,
+    /// Sum of all absolute works.
+    pub total: f64,
+}
+
+impl StructureAudit {
+    /// Change of energy that no work explains: rounding, and the errors of completed chatter.
+    #[must_use]
+    pub fn residual(&self) -> f64 {
+        let works = self.loads + self.damping + self.impacts + self.contact_friction + self.stops;
+        (self.energy_end - self.energy_start) - works
+    }
+
+    fn add(&mut self, [loads, damping, impacts, contact_friction, stops]: [f64; 5]) {
+        self.loads += loads;
+        self.damping += damping;
+        self.impacts += impacts;
+        self.contact_friction += contact_friction;
+        self.stops += stops;
+        self.total +=
+            [loads, damping, impacts, contact_friction, stops].iter().map(|w| w.abs()).sum::<f64>();
+    }
+}
+
+impl Run<Structure> {
+    /// Works of all forces in the kept window, and the change of energy they should explain; `None`
+    /// once `cancel` has ended it.
+    #[must_use]
+    pub fn energy_audit(&self, cancel: &CancelToken) -> Option<StructureAudit> {
+        let motion = self.system.motion();
+        let auditor = Auditor { structure: &self.system, motion: &motion, cancel };
+        let mut audit = StructureAudit::default();
+        let legs = self.legs();
+        for (i, leg) in legs.iter().enumerate() {
+            // The first leg may begin before the window.
+            let from = if leg.anchor.clock < self.window { self.window } else { leg.anchor.clock };
+            if i == 0 {
+                let flight = auditor.flight(&leg.anchor);
+                let elapsed = Structure::drive(&motion).until(leg.anchor.clock, from);
+                audit.energy_start = auditor.energy(&motion.state_after(&flight, elapsed));
+            }
+            auditor.leg(leg, from, &mut audit);
+            if cancel.is_cancelled() {
+                return None;
+            }
+        }
+        for row in &self.impacts {
+            let clock = Clock::new(row.period, row.time_in_period);
+            let stop = usize::try_from(row.stop).unwrap_or_default();
+            auditor.impact(clock, stop, row.impulse_normal, row.energy_loss, &mut audit);
+        }
+        // Impacts at t = 0 come before the first leg's state.
+        if let Some(first) = self.impacts.first()
+            && first.period == 0
+            && first.time_in_period == 0.0
+        {
+            let pre = StructureState { q: first.q.clone(), v: first.v_pre.clone() };
+            audit.energy_start = auditor.energy(&pre);
+        }
+        audit.energy_end = auditor.energy(&self.final_state.state);
+        Some(audit)
+    }
+}
+
+struct Auditor<'a> {
+    structure: &'a Structure,
+    motion: &'a Motion,
+    cancel: &'a CancelToken,
+}
+
+fn form(matrix: &[Vec<f64>], x: &[f64]) -> f64 {
+    let row = |row: &Vec<f64>| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
+    matrix.iter().zip(x).map(|(of, x)| x * row(of)).sum()
+}
+
+impl Auditor<'_> {
+    fn energy(&self, state: &StructureState) -> f64 {
+        let kinetic = form(self.structure.mass(), &state.v);
+        0.5 * (kinetic + form(self.structure.stiffness(), &state.q))
+    }
+
+    fn flight(&self, anchor: &AnchorOf<Structure>) -> StructureLeg {
+        self.motion.leg(anchor, anchor.clock, anchor.state.clone())
+    }
+
+    fn leg(&self, leg: &Leg<Structure>, from: Clock, audit: &mut StructureAudit) {
+        let mut anchor = leg.anchor.clone();
+        if let Kind::Hops(_) = leg.kind {
+            for event in impacts_hop_by_hop(self.structure, leg.anchor.clone(), leg.end) {
+                let StructureEvent::Impact(event) = event else { continue };
+                let begin = if anchor.clock < from { from } else { anchor.clock };
+                self.integrate(&self.flight(&anchor), anchor.clock, (begin, event.clock), audit);
+                if self.cancel.is_cancelled() {
+                    return;
+                }
+                if event.clock > from {
+                    let StopImpact { stop, impulse_normal, energy_loss, .. } = event.impact;
+                    self.impact(event.clock, stop, impulse_normal, energy_loss, audit);
+                }
+                (anchor.clock, anchor.state) = (event.clock, event.post);
+            }
+        }
+        let begin = if anchor.clock < from { from } else { anchor.clock };
+        self.integrate(&self.flight(&anchor), anchor.clock, (begin, leg.end), audit);
+    }
+
+    /// Velocity of a stop.
+    fn stop_velocity(&self, clock: Clock, stop: usize) -> f64 {
+        // u = n . q' minus it.
+        let at = &self.structure.stops()[stop];
+        let phase = self.structure.drive_frequency() * clock.time_in_period + at.phase();
+        -at.amplitude() * self.structure.drive_frequency() * phase.sin()
+    }
+
+    fn impact(
+        &self,
+        clock: Clock,
+        stop: usize,
+        impulse: f64,
+        energy_loss: f64,
+        audit: &mut StructureAudit,
+    ) {
+        let pushed = -impulse * self.stop_velocity(clock, stop);
+        audit.add([0.0, 0.0, -energy_loss, 0.0, pushed]);
+    }
+
+    /// Quadrature of all powers between two instants of one leg, which begins at `start`.
+    fn integrate(
+        &self,
+        flight: &StructureLeg,
+        start: Clock,
+        (from, to): (Clock, Clock),
+        audit: &mut StructureAudit,
+    ) {
+        let structure = self.structure;
+        let drive = Structure::drive(self.motion);
+        let length = drive.until(from, to).value();
+        if length <= 0.0 {
+            return;
+        }
+        let panels = (length * self.fastest() / PANEL_ANGLE).ceil().max(1.0);
+        let step = length / panels;
+        for panel in 0..panels as i64 {
+            if self.cancel.is_cancelled() {
+                return;
+            }
+            let mut works = [0.0; 5];
+            for (node, weight) in *PANEL {
+                let elapsed = DoubleDouble::product(panel as f64 + node, step);
+                let clock = drive.advance(from, elapsed);
+                let since = drive.until(start, clock);
+                let state = self.motion.state_after(flight, since);
+                let phase = drive.trig_at(clock);
+                let loads: f64 = structure
+                    .modes()
+                    .iter()
+                    .map(|mode| {
+                        let rate: f64 = mode.row.iter().zip(&state.v).map(|(m, v)| m * v).sum();
+                        let force = mode.drive.re * phase.cos - mode.drive.im * phase.sin;
+                        (mode.load + force) * rate
+                    })
+                    .sum();
+                let (mut rubbed, mut pushed) = (0.0, 0.0);
+                for force in Motion::forces(flight, since) {
+                    rubbed += force.tangential * structure.slip(force.stop, &state.v);
+                    pushed -= force.normal * self.stop_velocity(clock, force.stop);
+                }
+                let damped = -form(structure.damping(), &state.v);
+                for (work, power) in works.iter_mut().zip([loads, damped, 0.0, rubbed, pushed]) {
+                    *work += weight * step * power;
+                }
+            }
+            audit.add(works);
+        }
+    }
+
+    /// A bound of the rates at which the motion turns or decays.
+    fn fastest(&self) -> f64 {
+        let of = self.structure.modes().iter();
+        let rates = of.map(|mode| mode.frequency.value().max(2.0 * mode.decay_rate));
+        rates.fold(self.structure.drive_frequency(), f64::max)
+    }
+}

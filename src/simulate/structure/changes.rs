@@ -1,0 +1,199 @@
+//! How contact with the stops of a structure begins, changes and ends.
+
+use super::motion::Motion;
+use super::touching::StopStart;
+use super::{StructureMode, Touched};
+use crate::contact::closed_stops::{Landing, land};
+use crate::model::state::Clock;
+use crate::model::structure::{Coordinates, Simultaneous, Structure, StructureState};
+use crate::numerics::EPS;
+use crate::search::Start;
+use crate::search::first_contact::Touch;
+use crate::search::tolerances::REST_NOISE;
+use crate::simulate::event::StopReason;
+use crate::simulate::model::Follows;
+use crate::simulate::{Anchor, AnchorOf, FlightStart, Observer, Phase, Simulation, Turn};
+
+impl Motion {
+    /// The state moved onto a stop, u = 0; `stopped`: and without slip there.
+    pub(super) fn on_stop_at_rest(
+        &self,
+        clock: Clock,
+        mut state: StructureState,
+        stop: usize,
+        stopped: bool,
+    ) -> StructureState {
+        let structure = self.structure();
+        let (gap, rate) = self.free.gap(stop, clock, &state.q, &state.v);
+        state.q = Coordinates::from_vec(self.free.on_stop(stop, gap, &state.q));
+        let rows = structure.contact(stop);
+        let [a, b, c] = rows.mobilities;
+        // u - a P + b Q = 0, and s - b P + c Q = 0 where slip stops.
+        let (normal, tangential) = if stopped && c > 0.0 {
+            let slip = structure.slip(stop, &state.v);
+            let determinant = a * c - b * b;
+            ((c * rate - b * slip) / determinant, (b * rate - a * slip) / determinant)
+        } else {
+            (rate / a, 0.0)
+        };
+        for ((v, n), t) in state.v.iter_mut().zip(&rows.by_normal).zip(&rows.by_tangent) {
+            *v += tangential * t - normal * n;
+        }
+        state
+    }
+
+    /// What follows where some stops are closed, or touched with g' = 0.
+    /// `slip_ended`: one of them whose slip has just stopped.
+    pub(crate) fn follows(
+        &self,
+        here: &AnchorOf<Structure>,
+        slip_ended: Option<usize>,
+    ) -> Follows<Structure> {
+        let structure = self.structure();
+        let StructureState { q, v } = &here.state;
+        let speed = self.speed(&here.state);
+        let mut touching = here.touching.clone();
+        touching.were_closed.clear();
+        let mut candidates = Vec::new();
+        let stuck = touching.at.iter().find(|(_, start)| *start == StopStart::Stuck);
+        let slip_ended = slip_ended.or(stuck.map(|&(stop, _)| stop as usize));
+        for stop in touching.candidates() {
+            // An impact elsewhere has pulled it off.
+            let (_, rate) = self.free.gap(stop as usize, here.clock, q, v);
+            let at = &structure.stops()[stop as usize];
+            let rest = REST_NOISE * EPS * at.rate_size(speed, self.drive.omega);
+            if rate < -rest {
+                touching.set(stop, StopStart::Touching);
+            } else {
+                candidates.push(stop as usize);
+            }
+        }
+        let (closed, leaving) = match land(structure, here.clock, (q, v), &candidates, slip_ended) {
+            Landing::Hold { closed, leaving } => (Some(closed), leaving),
+            Landing::Separate { leaving } => (None, leaving),
+            Landing::Painleve => return Follows::Stops(StopReason::Painleve),
+            Landing::TooManyWithFriction => {
+                return Follows::Stops(StopReason::SeveralFrictional);
+            }
+        };
+        for &stop in &candidates {
+            touching.set(stop as u32, StopStart::Closed);
+        }
+        for (stop, start) in leaving {
+            let start = match start {
+                Start::Released => StopStart::Released,
+                Start::Grazed(_) => StopStart::Separating,
+                Start::Touching | Start::Apart => StopStart::Touching,
+            };
+            touching.set(stop as u32, start);
+        }
+        let phase = match &closed {
+            Some(closed) => Phase::Contact(StructureMode::of(closed)),
+            None => Phase::Flight(FlightStart::Touching),
+        };
+        Follows::Leg(Anchor { clock: here.clock, state: here.state.clone(), phase, touching })
+    }
+}
+
+impl Simulation<Structure> {
+    /// A stop is met.
+    pub(super) fn strike_stop<O: Observer<StructureState>>(
+        &mut self,
+        stop: u32,
+        touch: &Touch<Touched>,
+        observer: &mut O,
+    ) -> Turn<Structure> {
+        let clock = self.impact_clock(touch.time, touch.offset);
+        let elapsed = crate::numerics::double_double::DoubleDouble::sum(touch.time, touch.offset);
+        let mut pre = self.motion.state_after(&self.flight, elapsed);
+        let free = &self.motion.free;
+        let (gap, _) = free.gap(stop as usize, clock, &pre.q, &pre.v);
+        pre.q = Coordinates::from_vec(free.on_stop(stop as usize, gap, &pre.q));
+        self.strike_from(clock, pre, stop, observer)
+    }
+
+    fn strike_from<O: Observer<StructureState>>(
+        &mut self,
+        clock: Clock,
+        pre: StructureState,
+        stop: u32,
+        observer: &mut O,
+    ) -> Turn<Structure> {
+        let stop = self.first_in_sequence(clock, &pre, stop);
+        let (_, rate) = self.motion.free.gap(stop as usize, clock, &pre.q, &pre.v);
+        // The search knows that it approaches, also where that is below rounding.
+        let approach = rate.max(f64::MIN_POSITIVE);
+        let struck = self.motion.strike(clock, &self.point.anchor.touching, pre, stop, approach);
+        self.point.monitor.at_contact(stop);
+        self.rebound(clock, struck, observer)
+    }
+
+    /// The lowest number of those that approach at this instant, where one impact follows another.
+    fn first_in_sequence(&self, clock: Clock, pre: &StructureState, stop: u32) -> u32 {
+        if self.system.simultaneous() != Simultaneous::Sequence {
+            return stop;
+        }
+        let near = self.motion.near(clock, pre);
+        let approaching = near.iter().filter(|at| at.moves && at.rate > 0.0);
+        approaching.map(|at| at.stop).min().map_or(stop, |lowest| lowest.min(stop))
+    }
+
+    /// The next impact of an instant at which several stops are struck, or the first of a start.
+    pub(super) fn strike_again<O: Observer<StructureState>>(
+        &mut self,
+        observer: &mut O,
+    ) -> Turn<Structure> {
+        let Anchor { clock, ref state, ref touching, .. } = self.point.anchor;
+        if let Some(struck) = self.motion.next_pending(clock, touching, state.clone()) {
+            return self.rebound(clock, struck, observer);
+        }
+        let near = self.motion.near(clock, state);
+        let next = near.iter().find(|at| at.moves && at.rate > 0.0).map(|at| at.stop);
+        if let Some(stop) = next {
+            let pre = state.clone();
+            return self.strike_from(clock, pre, stop, observer);
+        }
+        let phase = Phase::Landing;
+        let leg = Anchor { clock, state: state.clone(), phase, touching: touching.clone() };
+        self.begin_leg(leg);
+        None
+    }
+
+    /// Contact ends or changes at a local time of a leg.
+    pub(super) fn change_contact(
+        &mut self,
+        change: Touched,
+        touch: &Touch<Touched>,
+    ) -> Turn<Structure> {
+        let clock = self.clock_after(touch.time, touch.offset);
+        let elapsed = crate::numerics::double_double::DoubleDouble::sum(touch.time, touch.offset);
+        let state = self.motion.state_after(&self.flight, elapsed);
+        let mut touching = self.point.anchor.touching.landed();
+        let mut here = Anchor { clock, state, phase: Phase::Landing, touching: touching.clone() };
+        let slide = |positive: bool| {
+            if positive { StructureMode::SlidePositive } else { StructureMode::SlideNegative }
+        };
+        let follows = match change {
+            Touched::Force(stop) => {
+                self.point.contact = stop;
+                touching.set(stop, StopStart::Released);
+                here.touching = touching;
+                self.motion.follows(&here, None)
+            }
+            Touched::SlipBegins(positive) => {
+                let phase = Phase::Contact(slide(positive));
+                Follows::Leg(Anchor { phase, ..here.clone() })
+            }
+            Touched::SlipEnds | Touched::Stop(_) => {
+                let rubs = touching.closed().into_iter().find(|&stop| self.system.rubs(stop));
+                let rubs = rubs.map(|stop| stop as usize);
+                if let Some(stop) = rubs {
+                    self.point.contact = stop as u32;
+                    here.state = self.motion.on_stop_at_rest(clock, here.state, stop, true);
+                }
+                self.motion.follows(&here, rubs)
+            }
+        };
+        self.continue_with(&here, follows, true)
+    }
+}

@@ -1,0 +1,254 @@
+//! The motion of a structure between events: free flights, and legs with closed stops.
+
+use std::sync::{Arc, Mutex};
+
+use smallvec::SmallVec;
+
+use super::touching::StopStart;
+use super::{StructureMode, Touched};
+use crate::flight::structure::{Closed, LegEvent, LinearFlight, LinearMotion, StopForce};
+use crate::flight::{Drive, StopContact, StructureFlight, StructureMotion};
+use crate::model::state::Clock;
+use crate::model::structure::{Coordinates, Structure, StructureState};
+use crate::numerics::double_double::DoubleDouble;
+use crate::search::Start;
+use crate::search::first_contact::{Found, Touch};
+use crate::search::gap::GapPoint;
+use crate::simulate::model::Leg;
+use crate::simulate::{AnchorOf, Phase};
+
+/// What the legs of a structure have in common.
+#[derive(Debug)]
+pub struct Motion {
+    pub(super) free: StructureMotion,
+    pub(super) drive: Drive,
+    /// By set of closed stops, as they come up.
+    closed: Mutex<Vec<Arc<LinearMotion>>>,
+}
+
+impl Clone for Motion {
+    fn clone(&self) -> Self {
+        let closed = self.closed.lock().map_or_else(|_| Vec::new(), |closed| closed.clone());
+        Self { free: self.free.clone(), drive: self.drive, closed: Mutex::new(closed) }
+    }
+}
+
+/// A leg of a structure: it starts at some instant, and is evaluated at local times.
+#[derive(Debug, Clone)]
+pub struct StructureLeg {
+    clock: Clock,
+    pub(super) state: StructureState,
+    kind: LegKind,
+}
+
+#[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "free flights are usual, and take no memory")]
+enum LegKind {
+    Free(StructureFlight),
+    Closed(Arc<LinearMotion>, Box<LinearFlight>),
+}
+
+impl Leg<StructureState> for StructureLeg {
+    fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    fn later_by(&mut self, periods: i64) {
+        self.clock.period += periods;
+    }
+
+    fn state(&self) -> &StructureState {
+        &self.state
+    }
+}
+
+impl StructureMode {
+    /// These stops, held so.
+    pub(super) fn holds(self, structure: &Structure, stops: &[u32]) -> Closed {
+        let rubs = |stop: &u32| structure.stops()[*stop as usize].friction() > 0.0;
+        let stop = stops.iter().copied().find(rubs).unwrap_or(0) as usize;
+        let all = stops.iter().map(|&stop| stop as usize);
+        let beside = all.clone().filter(|&other| other != stop).collect();
+        match self {
+            Self::Closed => Closed::Frictionless(all.collect()),
+            Self::SlidePositive => Closed::Slide { stop, direction: 1.0, beside },
+            Self::SlideNegative => Closed::Slide { stop, direction: -1.0, beside },
+            Self::Stick => Closed::Stick { stop, beside },
+        }
+    }
+
+    /// How these stops are held.
+    pub(super) fn of(closed: &Closed) -> Self {
+        match closed {
+            Closed::Frictionless(_) => Self::Closed,
+            Closed::Slide { direction, .. } if *direction > 0.0 => Self::SlidePositive,
+            Closed::Slide { .. } => Self::SlideNegative,
+            Closed::Stick { .. } => Self::Stick,
+        }
+    }
+}
+
+impl Motion {
+    pub fn new(structure: &Structure) -> Self {
+        Self {
+            free: StructureMotion::new(structure),
+            drive: Drive::new(structure.drive_frequency(), structure.phase()),
+            closed: Mutex::new(Vec::new()),
+        }
+    }
+
+    /// A velocity that this motion may have: what is small beside it is rounding.
+    pub(super) fn speed(&self, state: &StructureState) -> f64 {
+        let most = |of: &Coordinates| of.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        most(&state.v) + most(&state.q) / self.free.span()
+    }
+
+    pub(super) fn structure(&self) -> &Structure {
+        self.free.structure()
+    }
+
+    /// The motion while these stops stay closed; `None`: no force does it.
+    pub(super) fn held(&self, closed: Closed) -> Option<Arc<LinearMotion>> {
+        let Ok(mut known) = self.closed.lock() else { return None };
+        if let Some(found) = known.iter().find(|motion| *motion.closed() == closed) {
+            return Some(Arc::clone(found));
+        }
+        let made = Arc::new(LinearMotion::new(self.structure(), closed)?);
+        known.push(Arc::clone(&made));
+        Some(made)
+    }
+
+    /// The leg of this kind from an instant on. One that no force holds is a free one.
+    pub fn leg(
+        &self,
+        leg: &AnchorOf<Structure>,
+        clock: Clock,
+        state: StructureState,
+    ) -> StructureLeg {
+        let held = match leg.phase {
+            Phase::Contact(mode) => self.held(mode.holds(self.structure(), &leg.touching.closed())),
+            _ => None,
+        };
+        let kind = match held {
+            Some(motion) => {
+                let flight = motion.flight(clock, &state.q, &state.v);
+                LegKind::Closed(motion, Box::new(flight))
+            }
+            None => LegKind::Free(self.free.flight(clock, &state.q, &state.v)),
+        };
+        StructureLeg { clock, state, kind }
+    }
+
+    /// Dimension of the states that a leg of this kind has.
+    pub(crate) fn dimension(&self, leg: &AnchorOf<Structure>) -> usize {
+        let held = match leg.phase {
+            Phase::Contact(mode) => self.held(mode.holds(self.structure(), &leg.touching.closed())),
+            _ => None,
+        };
+        held.map_or(2 * self.structure().coordinates(), |motion| motion.dimension())
+    }
+
+    /// State at a local time.
+    pub fn state_after(&self, leg: &StructureLeg, elapsed: DoubleDouble) -> StructureState {
+        match &leg.kind {
+            LegKind::Free(flight) => self.free.state_at(flight, elapsed),
+            LegKind::Closed(motion, flight) => {
+                let (q, v) = motion.state_after(flight, elapsed);
+                StructureState { q: Coordinates::from_vec(q), v: Coordinates::from_vec(v) }
+            }
+        }
+    }
+
+    /// Forces in the closed stops at a local time.
+    pub fn forces(leg: &StructureLeg, elapsed: DoubleDouble) -> Vec<StopForce> {
+        match &leg.kind {
+            LegKind::Free(_) => Vec::new(),
+            LegKind::Closed(motion, flight) => motion.forces(flight, elapsed),
+        }
+    }
+
+    /// g'' and g''' of an open stop at the start of a leg.
+    pub(super) fn gap_jet(&self, leg: &StructureLeg, stop: u32) -> [f64; 2] {
+        let GapPoint { second, third, .. } = match &leg.kind {
+            LegKind::Free(flight) => self.free.gap_at_start(flight, stop as usize),
+            LegKind::Closed(motion, flight) => motion.gap_at_start(flight, stop as usize),
+        };
+        [second, third]
+    }
+
+    /// What a leg meets first.
+    pub(super) fn search(
+        &self,
+        leg: &StructureLeg,
+        anchor: &AnchorOf<Structure>,
+        start: Start,
+        grazed: u32,
+    ) -> Found<Touched> {
+        let mut starts = SmallVec::<[(usize, Start); 4]>::new();
+        if let Start::Grazed(_) = start {
+            starts.push((grazed as usize, start));
+        }
+        if leg.clock == anchor.clock {
+            for &(stop, how) in &anchor.touching.at {
+                let begins = match how {
+                    StopStart::Touching => Start::Touching,
+                    StopStart::Separating => Start::Grazed(0.0),
+                    StopStart::Released => Start::Released,
+                    StopStart::Closed | StopStart::Landed | StopStart::Stuck => continue,
+                };
+                // The first one counts: that of a graze later in the flight.
+                starts.push((stop as usize, begins));
+            }
+        }
+        let met = |touched: Touched, time: f64, offset: f64| {
+            Found::Contact(Touch { time, offset, gap: GapPoint::default(), state: touched })
+        };
+        let touch = |stop: usize, time: f64| {
+            let clock = self.drive.advance(leg.clock, DoubleDouble::new(time));
+            let there = self.state_after(leg, DoubleDouble::new(time));
+            let there = self.again(leg, clock, there);
+            let [second, third] = self.gap_jet(&there, stop as u32);
+            let gap = GapPoint { second, third, ..GapPoint::default() };
+            Touch { time, offset: 0.0, gap, state: Touched::Stop(stop as u32) }
+        };
+        match &leg.kind {
+            LegKind::Free(flight) => match self.free.next_contact(flight, &starts) {
+                StopContact::Met { stop, time, offset } => {
+                    met(Touched::Stop(stop as u32), time, offset)
+                }
+                StopContact::Grazed { stop, time } => Found::Graze(touch(stop, time)),
+                StopContact::Resting { stop, time } => Found::Resting(touch(stop, time)),
+                StopContact::Clear(time) => Found::Clear(time),
+                StopContact::Failed { .. } => Found::NotFinite,
+            },
+            LegKind::Closed(motion, flight) => match motion.next_event(flight, &starts) {
+                LegEvent::Met { stop, time, offset } => {
+                    met(Touched::Stop(stop as u32), time, offset)
+                }
+                LegEvent::Grazed { stop, time } => Found::Graze(touch(stop, time)),
+                LegEvent::Resting { stop, time } => Found::Resting(touch(stop, time)),
+                LegEvent::Released { stop, time, offset } => {
+                    met(Touched::Force(stop as u32), time, offset)
+                }
+                LegEvent::SlipEnds { time, offset } => met(Touched::SlipEnds, time, offset),
+                LegEvent::SlipBegins { direction, time, offset } => {
+                    met(Touched::SlipBegins(direction > 0.0), time, offset)
+                }
+                LegEvent::Clear(time) => Found::Clear(time),
+                LegEvent::Failed { .. } => Found::NotFinite,
+            },
+        }
+    }
+
+    /// A leg of the same kind from another instant on.
+    fn again(&self, leg: &StructureLeg, clock: Clock, state: StructureState) -> StructureLeg {
+        let kind = match &leg.kind {
+            LegKind::Free(_) => LegKind::Free(self.free.flight(clock, &state.q, &state.v)),
+            LegKind::Closed(motion, _) => {
+                let flight = motion.flight(clock, &state.q, &state.v);
+                LegKind::Closed(Arc::clone(motion), Box::new(flight))
+            }
+        };
+        StructureLeg { clock, state, kind }
+    }
+}

@@ -1,0 +1,231 @@
+//! Impacts on stops: of one, and of several at one instant.
+//!
+//! Two stops that are met at one instant, or one that is struck while another is closed, do not see
+//! each other if no velocity at the one changes by an impulse at the other. A closed stop j that is
+//! pulled off by the impulse at i, n_i M^-1 n_j > 0, opens. Everything else is a question of
+//! modelling, which the structure answers by `simultaneous` (docs/structures.md).
+
+use smallvec::SmallVec;
+
+use super::motion::Motion;
+use super::touching::{StopStart, Touching};
+use crate::contact::closed_stops::impulses;
+use crate::impact::{self, ImpactFailure, Regime, StopImpact};
+use crate::model::state::{Clock, ModelState};
+use crate::model::structure::{Simultaneous, Structure, StructureState};
+use crate::numerics::EPS;
+use crate::search::tolerances::REST_NOISE;
+use crate::simulate::event::StopReason;
+use crate::simulate::model::{NotStruck, Struck};
+use crate::simulate::tolerances::{MOST_IN_SEQUENCE, SAME_INSTANT};
+use crate::simulate::{Anchor, AnchorOf, FlightStart, Phase};
+
+/// A stop that touches to rounding, and its rate u.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Near {
+    pub stop: u32,
+    pub rate: f64,
+    /// u is more than rounding: it approaches (> 0), or separates (< 0).
+    pub moves: bool,
+}
+
+impl Motion {
+    /// The stops that touch to rounding in this state, whatever the leg says.
+    pub(crate) fn near(&self, clock: Clock, state: &StructureState) -> SmallVec<[Near; 4]> {
+        let speed = self.speed(state);
+        let stops = self.structure().stops().iter().enumerate();
+        stops
+            .filter_map(|(index, stop)| {
+                let (gap, rate) = self.free.gap(index, clock, &state.q, &state.v);
+                let size = stop.gap_size(&state.q) + stop.rate_size(speed, 0.0) * self.free.span();
+                let near = gap.abs() <= SAME_INSTANT * EPS * size;
+                let rest = REST_NOISE * EPS * stop.rate_size(speed, self.drive.omega);
+                near.then(|| Near { stop: index as u32, rate, moves: rate.abs() > rest })
+            })
+            .collect()
+    }
+
+    /// The impact at `stop`, from a state on it that approaches at u, in the leg `before`.
+    pub(super) fn strike(
+        &self,
+        clock: Clock,
+        before: &Touching,
+        pre: StructureState,
+        stop: u32,
+        approach: f64,
+    ) -> Result<Struck<Structure>, NotStruck<Structure>> {
+        let structure = self.structure();
+        let near = self.near(clock, &pre);
+        let closed = before.closed();
+        // Those that approach, too, and those that are pressed by this impact.
+        let seen = |other: u32| structure.sees(stop as usize, other as usize);
+        let together =
+            near.iter().any(|at| at.stop != stop && at.moves && at.rate > 0.0 && seen(at.stop));
+        let pressed = closed.iter().any(|&at| structure.presses(stop as usize, at as usize));
+        let mut touching = Touching {
+            in_sequence: before.in_sequence + 1,
+            were_closed: before.closed_before(),
+            ..before.landed()
+        };
+        let mut post = pre.clone();
+        let first = if together || pressed {
+            match structure.simultaneous() {
+                Simultaneous::Stop => return Err(NotStruck::Stops(StopReason::Simultaneous, pre)),
+                Simultaneous::Sequence => self.strike_one(stop, approach, &pre, &mut post)?,
+                Simultaneous::Together => {
+                    let impacts = self.strike_together(stop, approach, &near, &closed);
+                    let mut impacts = impacts.into_iter();
+                    let Some(first) = impacts.next() else { return Err(NotStruck::NotFinite) };
+                    touching.pending = impacts.collect();
+                    self.push(&first, &mut post);
+                    first
+                }
+            }
+        } else {
+            self.strike_one(stop, approach, &pre, &mut post)?
+        };
+        if touching.in_sequence > MOST_IN_SEQUENCE {
+            return Err(NotStruck::Stops(StopReason::SequenceCap, pre));
+        }
+        self.struck(clock, touching, pre, post, first)
+    }
+
+    /// The next impact of an instant at which several stops are struck together.
+    pub(super) fn next_pending(
+        &self,
+        clock: Clock,
+        before: &Touching,
+        pre: StructureState,
+    ) -> Option<Result<Struck<Structure>, NotStruck<Structure>>> {
+        let mut touching = before.clone();
+        if touching.pending.is_empty() {
+            return None;
+        }
+        let impact = touching.pending.remove(0);
+        let mut post = pre.clone();
+        self.push(&impact, &mut post);
+        Some(self.struck(clock, touching, pre, post, impact))
+    }
+
+    /// The leg after an impact.
+    fn struck(
+        &self,
+        clock: Clock,
+        mut touching: Touching,
+        pre: StructureState,
+        post: StructureState,
+        impact: StopImpact,
+    ) -> Result<Struck<Structure>, NotStruck<Structure>> {
+        if !(post.is_finite()
+            && impact.impulse_normal.is_finite()
+            && impact.energy_loss.is_finite())
+        {
+            return Err(NotStruck::NotFinite);
+        }
+        let stop = impact.stop as u32;
+        touching.set(stop, StopStart::Touching);
+        let mut strikes = !touching.pending.is_empty();
+        let mut lands = false;
+        for Near { stop: other, rate, moves } in self.near(clock, &post) {
+            if touching.pending.is_empty() && other != stop && moves && rate > 0.0 {
+                strikes = true;
+            }
+            if touching.of(other).is_none() {
+                touching.set(other, StopStart::Touching);
+            }
+            // A sequence has come to rest there.
+            if touching.in_sequence > 1 && !moves && touching.of(other) != Some(StopStart::Closed) {
+                lands = true;
+                touching.set(other, StopStart::Landed);
+            }
+        }
+        let phase = if strikes {
+            Phase::Strike
+        } else if touching.closed_before().is_empty() && !lands {
+            Phase::Flight(FlightStart::Touching)
+        } else {
+            // Whether they stay closed.
+            Phase::Landing
+        };
+        if !strikes {
+            touching.in_sequence = 0;
+        }
+        let leg: AnchorOf<Structure> = Anchor { clock, state: post.clone(), phase, touching };
+        let flight = self.leg(&leg, clock, post);
+        Ok(Struck { pre, impact, flight, phase, touching: leg.touching })
+    }
+
+    fn strike_one(
+        &self,
+        stop: u32,
+        approach: f64,
+        pre: &StructureState,
+        post: &mut StructureState,
+    ) -> Result<StopImpact, NotStruck<Structure>> {
+        let struck = impact::strike(self.structure(), stop as usize, approach, &mut post.v);
+        struck.map_err(|failure| {
+            let reason = match failure {
+                ImpactFailure::Jammed => StopReason::Jammed,
+                ImpactFailure::LawFailed => StopReason::LawFailed,
+            };
+            NotStruck::Stops(reason, pre.clone())
+        })
+    }
+
+    /// v+ = v - M^-1 n P of an impact without friction.
+    fn push(&self, impact: &StopImpact, state: &mut StructureState) {
+        let rows = self.structure().contact(impact.stop);
+        for (v, n) in state.v.iter_mut().zip(&rows.by_normal) {
+            *v -= impact.impulse_normal * n;
+        }
+    }
+
+    /// Impulses P >= 0 of all stops that touch, with u+ + r max(u, 0) <= 0 complementary to them,
+    /// u+ = u - W P, W_ij = n_i M^-1 n_j: the impacts with P > 0, from the lowest number on.
+    fn strike_together(
+        &self,
+        stop: u32,
+        approach: f64,
+        near: &[Near],
+        closed: &[u32],
+    ) -> Vec<StopImpact> {
+        let structure = self.structure();
+        let mut at: Vec<(u32, f64)> = near
+            .iter()
+            .filter(|at| at.stop != stop)
+            .map(|at| {
+                let held = closed.contains(&at.stop) || !at.moves;
+                (at.stop, if held { 0.0 } else { at.rate })
+            })
+            .collect();
+        at.push((stop, approach));
+        at.sort_by_key(|&(stop, _)| stop);
+        let stops: Vec<usize> = at.iter().map(|&(stop, _)| stop as usize).collect();
+        let speed = at.iter().fold(0.0f64, |most, (_, u)| most.max(u.abs()));
+        let wanted: Vec<(f64, f64)> = at
+            .iter()
+            .map(|&(i, u)| {
+                let restitution = structure.stops()[i as usize].restitution();
+                (u + restitution * u.max(0.0), REST_NOISE * EPS * speed)
+            })
+            .collect();
+        let Some(impulses) = impulses(structure, &stops, &wanted) else { return Vec::new() };
+        let told = at.iter().zip(&impulses).filter(|(_, p)| **p > 0.0);
+        told.map(|(&(i, u), &impulse)| {
+            let pushed = stops.iter().zip(&impulses);
+            let after = pushed.fold(u, |u, (&j, p)| u - structure.mobility(i as usize, j) * p);
+            let loss = 0.5 * impulse * (u + after);
+            StopImpact {
+                stop: i as usize,
+                regime: Regime::Frictionless,
+                approach_velocity: u,
+                separation_velocity: after,
+                impulse_normal: impulse,
+                impulse_tangential: 0.0,
+                energy_loss: loss,
+                friction_loss: 0.0,
+            }
+        })
+        .collect()
+    }
+}

@@ -1,0 +1,387 @@
+//! Perturbations of a motion of a structure, along the turns of its simulation.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector, RowDVector};
+
+use super::StructureTangentError;
+use super::impact::along;
+use super::rates::Linearised;
+use super::samples::{Sample, Samples};
+use crate::impact::StopImpact;
+use crate::model::state::Clock;
+use crate::model::structure::{Structure, StructureState};
+use crate::simulate::event::StopReason;
+use crate::simulate::model::ModelEvent;
+use crate::simulate::structure::{
+    ClosedStops, StopImpactEvent, StopStart, StructureEvent, StructureMode,
+};
+use crate::simulate::{AnchorOf, Model, Phase, Simulation};
+use crate::tangent::tolerances::{SHORT_BOUNCE, SLOW_BOUNCE, STILL_FLIGHT};
+
+/// Perturbations, in columns.
+#[derive(Debug, Clone)]
+pub(crate) struct Perturbed {
+    pub(super) of: Arc<Linearised>,
+    /// Of the state at this time; or, with a delay, of that at the event of this time.
+    pub(super) columns: DMatrix<f64>,
+    pub(super) clock: Clock,
+    pub(super) delay: Option<RowDVector<f64>>,
+    rank: usize,
+    /// Stops struck at this instant, or closed before it, from this state on.
+    struck: Vec<usize>,
+    held: ClosedStops,
+    before: StructureState,
+    /// Impacts of what may become chatter.
+    pub(super) samples: Samples,
+    /// A stop with bounces so low that rounding has spoilt the perturbations, and when.
+    pub(super) low: Option<(usize, f64)>,
+}
+
+impl Perturbed {
+    pub fn new(of: Arc<Linearised>, clock: Clock, columns: DMatrix<f64>) -> Self {
+        let rank = columns.nrows();
+        Self {
+            of,
+            columns,
+            clock,
+            delay: None,
+            rank,
+            struck: Vec::new(),
+            held: ClosedStops::default(),
+            before: StructureState::default(),
+            samples: Samples::default(),
+            low: None,
+        }
+    }
+
+    /// Dimension of the states that nearby motions reach.
+    pub fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// The perturbations of the state.
+    pub fn into_matrix(self) -> DMatrix<f64> {
+        self.columns
+    }
+
+    /// One turn of the simulation, and its event, if there is one. At the end the perturbations are
+    /// those of the state there, unless impacts are skipped.
+    pub fn advance(
+        &mut self,
+        simulation: &mut Simulation<Structure>,
+    ) -> Result<Option<StructureEvent>, StructureTangentError> {
+        let before = simulation.checkpoint().anchor.clone();
+        let event = simulation.step(&mut ()).transpose()?;
+        let point = simulation.checkpoint();
+        if let Some(stop) = event.as_ref().and_then(ModelEvent::as_stop) {
+            // Hops have no horizon but a time.
+            let over =
+                stop.reason == StopReason::TimeCap && stop.clock == simulation.horizon_clock();
+            if !(stop.reason.reached_the_end() || over) {
+                return Err(StructureTangentError::Stopped(stop.reason));
+            }
+            if !point.skips() {
+                let leg = self.of.leg_from(&before);
+                self.fly(&leg, stop.clock)?;
+                self.settle(&leg);
+            }
+            return Ok(event);
+        }
+        match &event {
+            Some(StructureEvent::Impact(impact)) => self.strike(&before, &point.anchor, impact)?,
+            Some(StructureEvent::Chatter(chatter)) => self.accumulate(&before, chatter)?,
+            Some(StructureEvent::Graze(_)) => {}
+            _ if before != point.anchor => self.change(&before, &point.anchor)?,
+            _ => {}
+        }
+        Ok(event)
+    }
+
+    /// The perturbations at the end of a simulation that skips the impacts there.
+    pub fn within_chatter(
+        &self,
+        simulation: &Simulation<Structure>,
+    ) -> Result<Self, StructureTangentError> {
+        let (anchor, end) = (simulation.checkpoint().anchor.clone(), simulation.horizon_clock());
+        let mut hopping = Simulation::hopping(&self.of.structure, anchor, end);
+        let mut there = self.clone();
+        loop {
+            if let Some(StructureEvent::Stop(_)) = there.advance(&mut hopping)? {
+                return Ok(there);
+            }
+        }
+    }
+
+    /// The same perturbations combined otherwise.
+    pub fn combine(&mut self, by: &DMatrix<f64>) {
+        self.columns = &self.columns * by;
+        self.delay = self.delay.take().map(|delay| delay * by);
+        self.samples.combine(by);
+    }
+
+    /// Other perturbations of the same motion.
+    pub fn set(&mut self, columns: DMatrix<f64>) {
+        self.columns = columns;
+    }
+
+    pub fn columns(&self) -> &DMatrix<f64> {
+        &self.columns
+    }
+
+    /// From an event on: perturbations of the state at its time, in the leg that begins there.
+    fn settle(&mut self, leg: &AnchorOf<Structure>) {
+        if let Some(delay) = self.delay.take() {
+            self.columns -= self.of.rates(leg, leg.clock, &leg.state) * delay;
+            self.struck.clear();
+            self.reduce(self.of.motion.dimension(leg));
+        }
+    }
+
+    fn reduce(&mut self, most: usize) {
+        self.rank = self.rank.min(most);
+    }
+
+    /// Along a leg up to an instant.
+    fn fly(
+        &mut self,
+        leg: &AnchorOf<Structure>,
+        clock: Clock,
+    ) -> Result<(), StructureTangentError> {
+        let elapsed = self.of.drive().until(self.clock, clock);
+        if elapsed.hi <= 0.0 {
+            return Ok(());
+        }
+        if let Some((stop, time)) = self.low
+            && !self.is_short(elapsed.hi)
+        {
+            return Err(StructureTangentError::Chatter(stop, time));
+        }
+        self.settle(leg);
+        self.struck.clear();
+        let count = self.of.structure.coordinates();
+        let motion = &self.of.homogeneous;
+        for mut column in self.columns.column_iter_mut() {
+            let numbers: Vec<f64> = column.iter().copied().collect();
+            let state = StructureState::new(&numbers[..count], &numbers[count..]);
+            let flight = motion.leg(leg, Clock::START, state);
+            let StructureState { q, v } = motion.state_after(&flight, elapsed);
+            for (entry, value) in column.iter_mut().zip(q.iter().chain(&v)) {
+                *entry = *value;
+            }
+        }
+        self.clock = clock;
+        Ok(())
+    }
+
+    /// Whether a flight lasts no longer than low bounces do.
+    fn is_short(&self, time: f64) -> bool {
+        time < SHORT_BOUNCE * Structure::span(&self.of.motion)
+    }
+
+    /// To perturbations at an event that happens dt later.
+    fn delayed(&mut self, rates: &DVector<f64>, delay: RowDVector<f64>) {
+        self.columns += rates * &delay;
+        self.delay = Some(delay);
+    }
+
+    fn strike(
+        &mut self,
+        before: &AnchorOf<Structure>,
+        after: &AnchorOf<Structure>,
+        event: &StopImpactEvent,
+    ) -> Result<(), StructureTangentError> {
+        let at_once = before.phase == Phase::Strike;
+        if at_once && !before.touching.pending.is_empty() {
+            // Told with the first of the instant.
+            return Ok(());
+        }
+        let leg = self.of.leg_from(before);
+        let time = self.of.drive().until(self.clock, event.clock).value();
+        let bounces = at_once || self.is_short(time);
+        self.fly(&leg, event.clock)?;
+        if self.struck.is_empty() {
+            self.before = event.pre.clone();
+            self.held = before.touching.closed();
+        }
+        let pending = &after.touching.pending;
+        let met = self.met(event, pending)?;
+        self.checked_order(met.stop, event)?;
+        // What is closed or has been struck meets its stop when the first one is met, in nearby
+        // motions too.
+        let stop = met.stop;
+        let meets = at_once && (self.struck.contains(&stop) || self.held.contains(&(stop as u32)));
+        let delay = match self.delay.clone().filter(|_| meets) {
+            Some(delay) => delay,
+            None => self.meet(&leg, event, &met, bounces),
+        };
+        self.struck.push(stop);
+        self.struck.extend(pending.iter().map(|other| other.stop));
+        if pending.is_empty() {
+            self.of.strike(event, &mut self.columns, &delay);
+            self.sample(event, &delay);
+        } else {
+            let all: Vec<StopImpact> =
+                std::iter::once(event.impact).chain(pending.iter().copied()).collect();
+            self.of.strike_together(event.clock, &all, stop, &mut self.columns, &delay);
+            self.samples = Samples::default();
+        }
+        if event.impact.regime.kind().sticks() || event.impact.separation_velocity == 0.0 {
+            self.reduce(self.columns.nrows() - 1);
+        }
+        Ok(())
+    }
+
+    /// Of the impacts of one event, that of the stop which is met there: the others are closed.
+    fn met(
+        &self,
+        event: &StopImpactEvent,
+        pending: &[StopImpact],
+    ) -> Result<StopImpact, StructureTangentError> {
+        if pending.is_empty() {
+            return Ok(event.impact);
+        }
+        let near = self.of.motion.near(event.clock, &event.pre);
+        let approaches = |of: &&StopImpact| {
+            near.iter().any(|at| at.stop as usize == of.stop && at.moves && at.rate > 0.0)
+        };
+        let mut met = std::iter::once(&event.impact).chain(pending).filter(approaches);
+        match (met.next(), met.next()) {
+            (Some(one), Some(other)) => {
+                Err(StructureTangentError::Simultaneous(one.stop, other.stop, event.time))
+            }
+            (one, _) => Ok(*one.unwrap_or(&event.impact)),
+        }
+    }
+
+    /// To perturbations at the time of an impact; that time's.
+    fn meet(
+        &mut self,
+        leg: &AnchorOf<Structure>,
+        event: &StopImpactEvent,
+        met: &StopImpact,
+        bounces: bool,
+    ) -> RowDVector<f64> {
+        let speed = event.pre.v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        if bounces && met.approach_velocity < SLOW_BOUNCE * speed {
+            self.low = Some((met.stop, event.time));
+        }
+        let struck = std::mem::take(&mut self.struck);
+        self.settle(leg);
+        self.struck = struck;
+        let rates = self.of.rates(leg, event.clock, &event.pre);
+        let normal = self.of.structure.stops()[met.stop].normal();
+        let delay = along(normal, &self.columns, 0) * (-1.0 / met.approach_velocity);
+        self.delayed(&rates, delay.clone());
+        delay
+    }
+
+    /// Takes note of an impact that may belong to chatter.
+    fn sample(&mut self, event: &StopImpactEvent, delay: &RowDVector<f64>) {
+        let (stop, kind) = (event.impact.stop, event.impact.regime.kind());
+        let slip = self.of.structure.slip(stop, &event.post.v);
+        self.samples.take(Sample {
+            contact: (stop, kind, slip > 0.0),
+            separation: -event.impact.separation_velocity,
+            change: -self.of.rate_change(stop, event.clock, &self.columns, delay),
+            clock: event.clock,
+            delay: delay.clone(),
+            state: event.post.clone(),
+            events: self.columns.clone(),
+            low: self.low.is_some(),
+        });
+    }
+
+    /// Refuses an impact whose order among those of its instant rounding has chosen.
+    fn checked_order(
+        &self,
+        stop: usize,
+        event: &StopImpactEvent,
+    ) -> Result<(), StructureTangentError> {
+        let seen = self.struck.iter().find(|&&other| self.of.structure.sees(other, stop));
+        let Some(&other) = seen else { return Ok(()) };
+        let near = self.of.motion.near(event.clock, &self.before);
+        let approached = |at: &crate::simulate::structure::Near| {
+            at.stop as usize == stop && at.moves && at.rate > 0.0
+        };
+        if !self.struck.contains(&stop) && near.iter().any(approached) {
+            return Err(StructureTangentError::Simultaneous(other, stop, event.time));
+        }
+        Ok(())
+    }
+
+    /// A leg has changed without an impact.
+    fn change(
+        &mut self,
+        before: &AnchorOf<Structure>,
+        after: &AnchorOf<Structure>,
+    ) -> Result<(), StructureTangentError> {
+        match before.phase {
+            Phase::Contact(mode) => {
+                self.fly(before, after.clock)?;
+                self.settle(before);
+                if self.slip_ends(mode, before, after) {
+                    self.stop_slip(before, after);
+                } else {
+                    // The force has fallen to 0, or to the limit of friction: no rate jumps.
+                    self.reduce(self.of.motion.dimension(before));
+                }
+                Ok(())
+            }
+            Phase::Flight(_) => {
+                let time = self.of.drive().until(self.clock, after.clock).value();
+                if time > STILL_FLIGHT * Structure::span(&self.of.motion) {
+                    let time = self.of.drive().time(after.clock);
+                    return Err(StructureTangentError::Landing(time));
+                }
+                self.land_all(after);
+                Ok(())
+            }
+            Phase::Landing => {
+                self.land_all(after);
+                Ok(())
+            }
+            Phase::Strike => Ok(()),
+        }
+    }
+
+    /// Starts on stops without an event before stand for those that land there.
+    fn land_all(&mut self, after: &AnchorOf<Structure>) {
+        let still = RowDVector::zeros(self.columns.ncols());
+        if self.delay.is_none() {
+            self.delay = Some(still);
+        }
+        let Some(delay) = self.delay.clone() else { return };
+        for &(stop, start) in &after.touching.at {
+            if start == StopStart::Closed {
+                self.of.land_on(stop as usize, after.clock, &mut self.columns, &delay);
+            }
+        }
+    }
+
+    fn slip_ends(
+        &self,
+        mode: StructureMode,
+        before: &AnchorOf<Structure>,
+        after: &AnchorOf<Structure>,
+    ) -> bool {
+        let slid = matches!(mode, StructureMode::SlidePositive | StructureMode::SlideNegative);
+        let rubs = |stop: &u32| self.of.structure.rubs(*stop);
+        let stays = |stop: &u32| after.touching.of(*stop) == Some(StopStart::Closed);
+        slid && after.phase != before.phase
+            && before.touching.closed().iter().any(|stop| rubs(stop) && stays(stop))
+    }
+
+    /// t . q' = 0 at a closed stop.
+    fn stop_slip(&mut self, before: &AnchorOf<Structure>, after: &AnchorOf<Structure>) {
+        let structure = &self.of.structure;
+        let count = structure.coordinates();
+        let closed = before.touching.closed();
+        let Some(stop) = closed.into_iter().find(|&stop| structure.rubs(stop)) else { return };
+        let tangent = structure.stops()[stop as usize].tangent().unwrap_or(&[]);
+        let rates = self.of.rates(before, after.clock, &after.state);
+        let change: f64 = tangent.iter().zip(rates.iter().skip(count)).map(|(t, a)| t * a).sum();
+        let delay = along(tangent, &self.columns, count) * (-1.0 / change);
+        self.delayed(&rates, delay);
+    }
+}

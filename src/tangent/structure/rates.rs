@@ -1,0 +1,103 @@
+//! The rates of a structure's legs, and the rows of its stops.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::flight::Drive;
+use crate::model::state::Clock;
+use crate::model::structure::{Structure, StructureState};
+use crate::numerics::double_double::DoubleDouble;
+use crate::simulate::model::{Follows, Model};
+use crate::simulate::structure::Motion;
+use crate::simulate::{Anchor, AnchorOf, Phase};
+
+/// What the perturbations of the motions of a structure have in common.
+#[derive(Debug)]
+pub(crate) struct Linearised {
+    pub structure: Structure,
+    pub motion: Motion,
+    /// Between events perturbations move as this does.
+    pub homogeneous: Motion,
+    /// Phi^T C Phi.
+    damping: DMatrix<f64>,
+    /// Phases of the stops.
+    stops: Vec<Drive>,
+}
+
+impl Linearised {
+    pub fn new(structure: &Structure) -> Self {
+        let omega = structure.drive_frequency();
+        Self {
+            motion: structure.motion(),
+            homogeneous: structure.homogeneous().motion(),
+            damping: structure.modal_damping().rounded(),
+            stops: structure.stops().iter().map(|stop| Drive::new(omega, stop.phase())).collect(),
+            structure: structure.clone(),
+        }
+    }
+
+    pub fn drive(&self) -> &Drive {
+        Structure::drive(&self.motion)
+    }
+
+    /// F = (q', q'') of a leg at an instant, in this state.
+    pub fn rates(
+        &self,
+        leg: &AnchorOf<Structure>,
+        clock: Clock,
+        state: &StructureState,
+    ) -> DVector<f64> {
+        let elapsed = self.drive().until(leg.clock, clock);
+        let elapsed = if elapsed.hi < 0.0 { DoubleDouble::ZERO } else { elapsed };
+        let flight = self.motion.leg(leg, leg.clock, leg.state.clone());
+        let mut acceleration = self.free_acceleration(clock, state);
+        for force in Motion::forces(&flight, elapsed) {
+            let rows = self.structure.contact(force.stop);
+            for (i, a) in acceleration.iter_mut().enumerate() {
+                *a += force.tangential * rows.by_tangent[i] - force.normal * rows.by_normal[i];
+            }
+        }
+        DVector::from_iterator(
+            2 * state.q.len(),
+            state.v.iter().copied().chain(acceleration.iter().copied()),
+        )
+    }
+
+    /// q'' without forces of stops, by modes.
+    fn free_acceleration(&self, clock: Clock, state: &StructureState) -> Vec<f64> {
+        let trig = self.drive().trig_at(clock);
+        let modes = self.structure.modes();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let rates: Vec<f64> = modes.iter().map(|mode| dot(&mode.row, &state.v)).collect();
+        let mut acceleration = vec![0.0; state.q.len()];
+        for (i, mode) in modes.iter().enumerate() {
+            let square = mode.frequency.value().powi(2);
+            let load = mode.load + mode.drive.re * trig.cos - mode.drive.im * trig.sin;
+            let damped: f64 = (0..rates.len()).map(|j| self.damping[(i, j)] * rates[j]).sum();
+            let own = load - square * dot(&mode.row, &state.q) - damped;
+            for (a, shape) in acceleration.iter_mut().zip(&mode.shape) {
+                *a += own * shape;
+            }
+        }
+        acceleration
+    }
+
+    /// Partial derivatives by time of the gap of a stop and of its rate u.
+    pub fn by_time(&self, stop: usize, clock: Clock) -> (f64, f64) {
+        let Drive { omega, .. } = self.stops[stop];
+        let trig = self.stops[stop].trig_at(clock);
+        let amplitude = self.structure.stops()[stop].amplitude();
+        (amplitude * omega * trig.sin, amplitude * omega * omega * trig.cos)
+    }
+
+    /// The leg that begins at this anchor, of bodies that no stop approaches any more.
+    pub fn leg_from(&self, anchor: &AnchorOf<Structure>) -> AnchorOf<Structure> {
+        if !matches!(anchor.phase, Phase::Landing | Phase::Strike) {
+            return anchor.clone();
+        }
+        let landing = Anchor { phase: Phase::Landing, ..anchor.clone() };
+        match self.motion.follows(&landing, None) {
+            Follows::Leg(leg) => leg,
+            Follows::Stops(_) => anchor.clone(),
+        }
+    }
+}

@@ -1,0 +1,104 @@
+"""Structures that are struck, their starts and short runs of them, for tests and calls."""
+
+from functools import cache
+
+import numpy as np
+
+import vibroimpact as vi
+from two_masses import structure
+
+# A mass between a moving stop, on which it comes to rest, and a fixed one.
+MOVING = vi.Structure(
+    [[1]],
+    [[1]],
+    [vi.Stop([2], 0.6, 0.6, amplitude=0.4), vi.Stop([-1], 0.4, 0.9)],
+    drive_amplitude=[1],
+    drive_frequency=0.7,
+)
+# Two masses; the first rests on a stop with friction, on which it slides and sticks.
+PRESSED = vi.Structure(
+    np.eye(2),
+    [[4, -1], [-1, 3]],
+    [vi.Stop([1, 0], 0.1, 0.5, friction=0.3, tangent=[0, 1]), vi.Stop([0, 1], 2.0, 0.3)],
+    damping_ratios=[0.02, 0.02],
+    static_load=[2, 0.5],
+    drive_amplitude=[0.5, 0.2],
+    drive_frequency=1.0,
+)
+# Three points of a beam of two modes, driven at its tip, which meets a stop.
+BEAM = vi.Structure.from_modes(
+    [1.0, 3.0],
+    [[1.0, 1.0], [0.5, -1.0], [0.25, 2.0]],
+    [vi.Stop([0, 0, 1], 0.3, 0.8)],
+    modal_mass=[1.0, 4.0],
+    damping_ratios=[0.02, 0.02],
+    drive_amplitude=[0, 0, 4],
+    drive_frequency=1.3,
+)
+# A mass that meets one stop once in every period.
+SETTLING = vi.Structure(
+    [[1]],
+    [[1]],
+    [vi.Stop([1], 0.3, 0.8)],
+    damping_ratios=[0.05],
+    drive_amplitude=[1],
+    drive_frequency=2.0,
+)
+REST = {1: np.zeros((2, 1)), 2: np.zeros((2, 2)), 3: np.zeros((2, 3))}
+
+
+@cache
+def moving_run() -> vi.StructureRun:
+    """A run with impacts on both stops and rest on one."""
+    return vi.simulate(MOVING, initial=REST[1], periods=30, keep=10)
+
+
+@cache
+def pressed_run() -> vi.StructureRun:
+    """A run with slide and stick."""
+    return vi.simulate(PRESSED, initial=REST[2], periods=12)
+
+
+@cache
+def beam_run() -> vi.StructureRun:
+    """A run of a beam from its modes."""
+    return vi.simulate(BEAM, initial=REST[3], periods=12)
+
+
+@cache
+def masses_run() -> vi.StructureRun:
+    """A run of two masses with friction in the impacts between them."""
+    return vi.simulate(structure(), initial=REST[2], periods=40, keep=30)
+
+
+@cache
+def settled_run() -> vi.StructureRun:
+    """A run that has settled on a motion of one impact in every period."""
+    start, periods = REST[1], 200
+    return vi.simulate(SETTLING, initial=start, periods=periods, keep=50)
+
+
+@cache
+def orbit() -> vi.StructureOrbit:
+    """The motion of the settled run."""
+    found = settled_run().refine()
+    assert isinstance(found, vi.StructureOrbit)
+    return found
+
+
+@cache
+def small_diagram() -> vi.StructureDiagram:
+    """A diagram of three frequencies."""
+    frequencies = [1.9, 2.0, 2.05]
+    return vi.bifurcation_diagram(
+        SETTLING, initial=REST[1], periods=200, keep=50, drive_frequency=frequencies
+    )
+
+
+@cache
+def spectrum() -> vi.StructureSpectrum:
+    """The exponents of the settled motion."""
+    return vi.lyapunov_spectrum(SETTLING, initial=REST[1], periods=400, keep=200)
+
+
+RUNS = {"moving": moving_run, "pressed": pressed_run, "beam": beam_run, "masses": masses_run}

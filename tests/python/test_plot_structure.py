@@ -1,0 +1,200 @@
+"""The time history of a structure shows its own coordinates, stops, impacts and contacts."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import vibroimpact as vi
+from struck import MOVING, PRESSED, masses_run, moving_run, pressed_run
+from test_plot_motion import line
+from two_masses import structure
+from vibroimpact.plot.structure_history import closed_spans
+
+
+@pytest.fixture
+def ax():
+    return Figure().subplots()
+
+
+@pytest.fixture
+def run() -> vi.StructureRun:
+    return moving_run()
+
+
+def level(ax, number):
+    (found,) = [item for item in ax.get_lines() if item.get_gid() == f"stop-{number}"]
+    return np.asarray(found.get_xdata()), np.asarray(found.get_ydata())
+
+
+def bands(ax):
+    found = {}
+    for item in ax.collections:
+        if str(item.get_gid()).startswith("contact-"):
+            boxes = [path.vertices[:, 0] for path in item.get_paths()]
+            found[item.get_gid()] = [(box.min(), box.max()) for box in boxes]
+    return found
+
+
+def test_coordinates_are_those_of_the_trajectory(ax):
+    run = vi.simulate(structure(), initial=np.zeros((2, 2)), periods=20)
+    assert vi.plot.time_history(run, periods=5, ax=ax) is ax
+    for i in (0, 1):
+        time, q = line(ax, f"$q_{{{i}}}$")
+        assert np.allclose(q, run.trajectory(time)[:, 0, i], rtol=0, atol=1e-12)
+    assert time[-1] == run.final_state.time
+    assert time[-1] - time[0] == pytest.approx(5 * run.system.drive_period)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$t$", "$q_{0},\\ q_{1}$")
+
+
+def test_a_coordinate_meets_its_stops_at_their_impacts_and_never_crosses_them(run, ax):
+    run.plot(ax=ax)
+    time, q = line(ax, "$q_{0}$")
+    for number, sign in ((0, 1), (1, -1)):
+        when, where = level(ax, number)
+        assert (when == time).all()
+        assert (sign * (q - where)).max() < 1e-13
+        marked, heights = line(ax, f"stop {number}")
+        rows = run.impacts[(run.impacts["stop"] == number) & (run.impacts["time"] > time[0])]
+        assert len(rows) > 2
+        assert marked.tolist() == rows["time"].tolist()
+        assert heights.tolist() == rows["q"][:, 0].tolist()
+        assert np.abs(np.interp(marked, when, where) - heights).max() < 1e-12
+    # 2 q = 0.6 + 0.4 cos(0.7 t)
+    assert np.allclose(level(ax, 0)[1], 0.3 + 0.2 * np.cos(0.7 * time), rtol=0, atol=1e-12)
+
+
+def test_bands_are_the_times_in_contact(run, ax):
+    window = (run.kept_from, run.final_state.time)
+    run.plot(window=window, ax=ax)
+    (spans,) = bands(ax).values()
+    assert len(spans) > 3
+    assert sum(end - start for start, end in spans) == pytest.approx(run.time_in_contact, rel=1e-9)
+    for start, end in spans:
+        times = np.linspace(start, end, 12)[1:-1]
+        _, forces = run.trajectory(times, forces=True)
+        assert (forces[:, 0, 0] > 0.0).all()
+    assert "contact" in [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def test_sticking_is_told_from_sliding(ax):
+    run = pressed_run()
+    window = (0.0, run.final_state.time)
+    spans = closed_spans(run, window)
+    modes = {span.mode for span in spans}
+    assert modes == {"slide", "stick"}
+    rows = {kind: run.contacts[run.contacts["kind"] == kind]["time"] for kind in vi.EventKind}
+    starts = {mode: [span.start for span in spans if span.mode == mode] for mode in modes}
+    assert set(starts["stick"]) == {*rows[vi.EventKind.STICK]}
+    run.plot(window=window, ax=ax)
+    assert {*bands(ax)} == {"contact-slide", "contact-stick"}
+
+
+def test_bands_begin_with_what_is_kept():
+    whole = pressed_run()
+    short = vi.simulate(PRESSED, initial=np.zeros((2, 2)), periods=12, keep=2)
+    window = (short.kept_from, short.final_state.time)
+    assert closed_spans(short, window) == closed_spans(whole, window) != []
+
+
+def test_chosen_coordinates_are_drawn_and_by_default_those_with_stops(ax):
+    chain = vi.Structure(
+        np.eye(6),
+        np.diag(np.arange(1.0, 7.0)),
+        [vi.Stop([0, 0, 0, 0, 1, -1], 0.1, 0.8), vi.Stop([0, 0, 1, 0, 0, 0], 0.1, 0.8)],
+        drive_amplitude=np.ones(6),
+        drive_frequency=1.3,
+    )
+    run = vi.simulate(chain, initial=np.zeros((2, 6)), periods=4)
+    run.plot(ax=ax)
+    assert ax.get_ylabel() == "$q_{0},\\ q_{2},\\ q_{4},\\ q_{5}$"
+    assert [item.get_gid() for item in ax.get_lines() if item.get_gid()] == ["stop-1"]
+    # An impact of two bodies is marked on both.
+    rows = run.impacts[run.impacts["stop"] == 0]
+    assert line(ax, "stop 0")[1].tolist() == [*rows["q"][:, 4], *rows["q"][:, 5]]
+    for given, drawn in ((3, "$q_{3}$"), ((5, 1), "$q_{5},\\ q_{1}$"), ([0], "$q_{0}$")):
+        assert run.plot(coordinates=given, ax=Figure().subplots()).get_ylabel() == drawn
+
+
+def test_impacts_are_marked_by_regime_if_asked(ax):
+    run = masses_run()
+    run.plot(window=(run.kept_from, run.final_state.time), color="regime", ax=ax)
+    slips = run.impacts[run.impacts["regime"] == vi.Regime.SLIP]
+    time, q = line(ax, "slip")
+    # They are all on the stop between the masses: each is marked on both.
+    assert time.tolist() == [*slips["time"]] * 2
+    assert q.tolist() == [*slips["q"][:, 0], *slips["q"][:, 1]]
+    assert not [item for item in ax.get_lines() if str(item.get_label()).startswith("stop")]
+
+
+def test_a_stop_far_away_does_not_flatten_the_motion(ax):
+    far = MOVING.replace(gap_1=50.0)
+    run = vi.simulate(far, initial=[[0], [0]], periods=10)
+    run.plot(ax=ax)
+    assert [item.get_gid() for item in ax.get_lines() if item.get_gid()] == ["stop-0"]
+    assert ax.get_ylim()[0] > -10.0
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"coordinates": 1}, "coordinates = 1 is not allowed; allowed: None, a number from 0 to 0"),
+        ({"coordinates": ()}, r"coordinates = \(\) is not allowed"),
+        ({"coordinates": (0, 0)}, r"coordinates = \(0, 0\) is not allowed"),
+        ({"coordinates": "q"}, "coordinates = 'q' is not allowed"),
+        ({"coordinates": True}, "coordinates = True is not allowed"),
+        ({"units": "SI"}, "units = 'SI' is not allowed; allowed: None: a structure has no scales"),
+        ({"drive": "plain"}, "drive = 'plain' is not allowed; allowed: 'auto' or 'none' for"),
+        ({"drive": "plian"}, "drive = 'plian' is not allowed; allowed: one of auto, plain"),
+        ({"color": "stop"}, "color = 'stop' is not allowed; allowed: 'regime' or None"),
+        ({"window": (0.0, 1.0)}, "is not allowed; allowed: times in the kept window"),
+        ({"points_per_period": 0}, "points_per_period = 0 is not allowed"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_by_name(run, given, words):
+    with pytest.raises(vi.ParameterError, match=words):
+        run.plot(**given)
+
+
+def test_other_drawings_name_the_one_that_takes_a_structure(run):
+    with pytest.raises(vi.ParameterError, match=r"StructureRun in vibroimpact.plot: time_history"):
+        vi.plot.phase_portrait(run)
+
+
+def test_coordinates_are_those_of_a_structure_only(system, initial):
+    run = vi.simulate(system, initial=initial, periods=3)
+    with pytest.raises(vi.ParameterError, match=r"coordinates = 0 .* None but for the run of a"):
+        run.plot(coordinates=0)
+    with pytest.raises(vi.ParameterError, match=r"coordinates = 0 .* None but for the run of a"):
+        vi.plot.time_history(run, coordinates=0)
+
+
+def test_without_a_drive_all_that_is_kept_is_drawn():
+    free = vi.Structure([[1]], [[0]], [vi.Stop([1], 0.0, 0.5)], static_load=[1])
+    run = vi.simulate(free, initial=[[-1], [0]], time=6)
+    ax = run.plot(ax=Figure().subplots())
+    assert ax.get_xlim() == (0.0, 6.0)
+    # It comes to rest at the sum of the geometric series.
+    (spans,) = bands(ax).values()
+    assert spans[0] == (pytest.approx(3 * np.sqrt(2)), 6.0)
+
+
+@pytest.mark.parametrize("picture", [vi.plot.time_history, vi.Run.plot])
+def test_a_run_that_keeps_nothing_is_refused_by_name(picture, system, initial):
+    nothing = vi.simulate(system, initial=initial, periods=5, keep=0)
+    with pytest.raises(vi.ParameterError, match=r"^run = <Run .* of which some time is kept"):
+        picture(nothing)
+    nothing = vi.simulate(MOVING, initial=[[0], [0]], periods=5, keep=0)
+    with pytest.raises(vi.ParameterError, match=r"^run = <StructureRun .* some time is kept"):
+        vi.plot.time_history(nothing)
+
+
+def test_any_structure_is_drawn(ax):
+    # Without stops, at rest, without springs, and of the shortest time.
+    loose = vi.Structure([[1]], [[0]], [vi.Stop([1], 1.0, 0.5)])
+    free = vi.Structure(np.eye(2), np.eye(2), [], drive_amplitude=[1, 0], drive_frequency=2.0)
+    for made, speed, time in ((free, 0.0, 9.0), (loose, 0.0, 3.0), (loose, 0.1, 5e-324)):
+        start = np.zeros((2, made.coordinates))
+        start[1] = speed
+        run = vi.simulate(made, initial=start, time=time)
+        times, _ = line(run.plot(ax=Figure().subplots()), "$q_{0}$")
+        assert (times[0], times[-1]) == (0.0, time)
