@@ -5,8 +5,8 @@ use nalgebra::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use vibroimpact::{
-    CancelToken, Contact, Run, RunOptions, State, Stop, StopReason, Structure, StructureState,
-    System, run,
+    CancelToken, Contact, Run, RunOptions, Simultaneous, State, Stop, StopReason, Structure,
+    StructureState, System, run,
 };
 
 use crate::support::draws;
@@ -290,4 +290,19 @@ fn other_coordinates_change_nothing() {
         }
     }
     assert!(compared > 100);
+}
+
+/// A body between two equal stops and an opposite one without clearance: no velocity leaves all.
+#[test]
+fn a_body_without_clearance_ends_as_simultaneous() {
+    let structure = Structure::builder(vec![vec![1.0]], vec![vec![1.0]])
+        .drive([0.0.into()], 1.0, 0.0)
+        .simultaneous(Simultaneous::Together)
+        .stop(Stop::new([1.0], 0.0, 0.5))
+        .stop(Stop::new([1.0], 0.0, 0.5))
+        .stop(Stop::new([-1.0], 0.0, 0.5))
+        .build()
+        .unwrap();
+    let run = made(&structure, &StructureState::new(&[0.0], &[1.0]), 3);
+    assert_eq!((run.stop_reason, run.impacts.len()), (StopReason::Simultaneous, 0));
 }

@@ -170,7 +170,7 @@ pub enum StopReason {
     /// there.
     Failed,
     /// Stops that see each other are struck at one instant, or one while another is closed, and
-    /// `simultaneous` gives no rule for it.
+    /// `simultaneous` gives no rule for it, or one that no velocity obeys.
     Simultaneous,
     /// Impacts at one instant follow one another beyond counting.
     SequenceCap,

@@ -73,7 +73,10 @@ impl Motion {
                 Simultaneous::Stop => return Err(NotStruck::Stops(StopReason::Simultaneous, pre)),
                 Simultaneous::Sequence => self.strike_one(stop, approach, &pre, &mut post)?,
                 Simultaneous::Together => {
-                    let impacts = self.strike_together(stop, approach, &near, &closed);
+                    // Between walls without clearance no velocity obeys the rule.
+                    let Some(impacts) = self.strike_together(stop, approach, &near, &closed) else {
+                        return Err(NotStruck::Stops(StopReason::Simultaneous, pre));
+                    };
                     let mut impacts = impacts.into_iter();
                     let Some(first) = impacts.next() else { return Err(NotStruck::NotFinite) };
                     touching.pending = impacts.collect();
@@ -181,14 +184,15 @@ impl Motion {
     }
 
     /// Impulses P >= 0 of all stops that touch, with u+ + r max(u, 0) <= 0 complementary to them,
-    /// u+ = u - W P, W_ij = n_i M^-1 n_j: the impacts with P > 0, from the lowest number on.
+    /// u+ = u - W P, W_ij = n_i M^-1 n_j: the impacts with P > 0, from the lowest number on; `None`
+    /// where no velocity obeys that.
     fn strike_together(
         &self,
         stop: u32,
         approach: f64,
         near: &[Near],
         closed: &[u32],
-    ) -> Vec<StopImpact> {
+    ) -> Option<Vec<StopImpact>> {
         let structure = self.structure();
         let mut at: Vec<(u32, f64)> = near
             .iter()
@@ -209,9 +213,9 @@ impl Motion {
                 (u + restitution * u.max(0.0), REST_NOISE * EPS * speed)
             })
             .collect();
-        let Some(impulses) = impulses(structure, &stops, &wanted) else { return Vec::new() };
+        let impulses = impulses(structure, &stops, &wanted)?;
         let told = at.iter().zip(&impulses).filter(|(_, p)| **p > 0.0);
-        told.map(|(&(i, u), &impulse)| {
+        let impacts = told.map(|(&(i, u), &impulse)| {
             let pushed = stops.iter().zip(&impulses);
             let after = pushed.fold(u, |u, (&j, p)| u - structure.mobility(i as usize, j) * p);
             let loss = 0.5 * impulse * (u + after);
@@ -225,7 +229,7 @@ impl Motion {
                 energy_loss: loss,
                 friction_loss: 0.0,
             }
-        })
-        .collect()
+        });
+        Some(impacts.collect())
     }
 }
