@@ -46,7 +46,9 @@ __all__ = [
     "Spectrum",
     "Stop",
     "Structure",
+    "StructureOrbit",
     "StructureRun",
+    "StructureSpectrum",
     "Sweep",
     "System",
     "Systems",
@@ -61,7 +63,11 @@ __all__ = [
     "lyapunov_spectrum",
     "simulate",
     "simulate_many",
+    "simulate_structure",
     "sin_cos",
+    "structure_motion",
+    "structure_spectrum",
+    "structure_sweep",
     "sweep",
 ]
 
