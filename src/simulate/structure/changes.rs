@@ -51,9 +51,10 @@ impl Motion {
     ) -> Follows<Structure> {
         let structure = self.structure();
         let StructureState { q, v } = &here.state;
-        let speed = self.speed(&here.state);
+        let speed = self.speed(&here.state).max(here.touching.speed);
         let mut touching = here.touching.clone();
         touching.were_closed.clear();
+        touching.speed = 0.0;
         let mut candidates = Vec::new();
         let stuck = touching.at.iter().find(|(_, start)| *start == StopStart::Stuck);
         let slip_ended = slip_ended.or(stuck.map(|&(stop, _)| stop as usize));
@@ -133,7 +134,7 @@ impl Simulation<Structure> {
         if self.system.simultaneous() != Simultaneous::Sequence {
             return stop;
         }
-        let near = self.motion.near(clock, pre);
+        let near = self.motion.near(clock, pre, self.point.anchor.touching.speed);
         let approaching = near.iter().filter(|at| at.moves && at.rate > 0.0);
         approaching.map(|at| at.stop).min().map_or(stop, |lowest| lowest.min(stop))
     }
@@ -147,7 +148,7 @@ impl Simulation<Structure> {
         if let Some(struck) = self.motion.next_pending(clock, touching, state.clone()) {
             return self.rebound(clock, struck, observer);
         }
-        let near = self.motion.near(clock, state);
+        let near = self.motion.near(clock, state, touching.speed);
         let next = near.iter().find(|at| at.moves && at.rate > 0.0).map(|at| at.stop);
         if let Some(stop) = next {
             let pre = state.clone();

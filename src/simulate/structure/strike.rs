@@ -30,8 +30,14 @@ pub(crate) struct Near {
 }
 
 impl Motion {
-    /// The stops that touch to rounding in this state, whatever the leg says.
-    pub(crate) fn near(&self, clock: Clock, state: &StructureState) -> SmallVec<[Near; 4]> {
+    /// The stops that touch to rounding in this state, whatever the leg says. `before`: the speed
+    /// before the impacts of this instant, whose rounding the rates have.
+    pub(crate) fn near(
+        &self,
+        clock: Clock,
+        state: &StructureState,
+        before: f64,
+    ) -> SmallVec<[Near; 4]> {
         let speed = self.speed(state);
         let stops = self.structure().stops().iter().enumerate();
         stops
@@ -39,7 +45,7 @@ impl Motion {
                 let (gap, rate) = self.free.gap(index, clock, &state.q, &state.v);
                 let size = stop.gap_size(&state.q) + stop.rate_size(speed, 0.0) * self.free.span();
                 let near = gap.abs() <= SAME_INSTANT * EPS * size;
-                let rest = REST_NOISE * EPS * stop.rate_size(speed, self.drive.omega);
+                let rest = REST_NOISE * EPS * stop.rate_size(speed.max(before), self.drive.omega);
                 near.then(|| Near { stop: index as u32, rate, moves: rate.abs() > rest })
             })
             .collect()
@@ -55,7 +61,8 @@ impl Motion {
         approach: f64,
     ) -> Result<Struck<Structure>, NotStruck<Structure>> {
         let structure = self.structure();
-        let near = self.near(clock, &pre);
+        let speed = before.speed.max(self.speed(&pre));
+        let near = self.near(clock, &pre, speed);
         let closed = before.closed();
         // Those that approach, too, and those that are pressed by this impact.
         let seen = |other: u32| structure.sees(stop as usize, other as usize);
@@ -65,6 +72,7 @@ impl Motion {
         let mut touching = Touching {
             in_sequence: before.in_sequence + 1,
             were_closed: before.closed_before(),
+            speed,
             ..before.landed()
         };
         let mut post = pre.clone();
@@ -90,7 +98,7 @@ impl Motion {
         if touching.in_sequence > MOST_IN_SEQUENCE {
             return Err(NotStruck::Stops(StopReason::SequenceCap, pre));
         }
-        self.struck(clock, touching, pre, post, first)
+        self.struck(clock, touching, (pre, post), first, together || pressed)
     }
 
     /// The next impact of an instant at which several stops are struck together.
@@ -107,17 +115,17 @@ impl Motion {
         let impact = touching.pending.remove(0);
         let mut post = pre.clone();
         self.push(&impact, &mut post);
-        Some(self.struck(clock, touching, pre, post, impact))
+        Some(self.struck(clock, touching, (pre, post), impact, true))
     }
 
-    /// The leg after an impact.
+    /// The leg after an impact from one state to another; `several`: of several stops at one instant.
     fn struck(
         &self,
         clock: Clock,
         mut touching: Touching,
-        pre: StructureState,
-        post: StructureState,
+        (pre, post): (StructureState, StructureState),
         impact: StopImpact,
+        several: bool,
     ) -> Result<Struck<Structure>, NotStruck<Structure>> {
         if !(post.is_finite()
             && impact.impulse_normal.is_finite()
@@ -129,15 +137,16 @@ impl Motion {
         touching.set(stop, StopStart::Touching);
         let mut strikes = !touching.pending.is_empty();
         let mut lands = false;
-        for Near { stop: other, rate, moves } in self.near(clock, &post) {
+        for Near { stop: other, rate, moves } in self.near(clock, &post, touching.speed) {
             if touching.pending.is_empty() && other != stop && moves && rate > 0.0 {
                 strikes = true;
             }
             if touching.of(other).is_none() {
                 touching.set(other, StopStart::Touching);
             }
-            // A sequence has come to rest there.
-            if touching.in_sequence > 1 && !moves && touching.of(other) != Some(StopStart::Closed) {
+            // All of them, or a sequence, have come to rest there.
+            let settles = several || touching.in_sequence > 1;
+            if settles && !moves && touching.of(other) != Some(StopStart::Closed) {
                 lands = true;
                 touching.set(other, StopStart::Landed);
             }
@@ -152,6 +161,9 @@ impl Motion {
         };
         if !strikes {
             touching.in_sequence = 0;
+        }
+        if let Phase::Flight(_) = phase {
+            touching.speed = 0.0;
         }
         let leg: AnchorOf<Structure> = Anchor { clock, state: post.clone(), phase, touching };
         let flight = self.leg(&leg, clock, post);

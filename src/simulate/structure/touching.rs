@@ -40,6 +40,9 @@ pub struct Touching {
     pub were_closed: ClosedStops,
     /// Impacts at one instant so far, one after another.
     pub in_sequence: u32,
+    /// The largest speed before the impacts of this instant.
+    #[serde(default)]
+    pub speed: f64,
     /// Impacts of the same instant that are still to be told.
     pub pending: SmallVec<[StopImpact; 1]>,
 }

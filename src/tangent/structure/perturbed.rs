@@ -241,7 +241,7 @@ impl Perturbed {
         if pending.is_empty() {
             return Ok(event.impact);
         }
-        let near = self.of.motion.near(event.clock, &event.pre);
+        let near = self.of.motion.near(event.clock, &event.pre, 0.0);
         let approaches = |of: &&StopImpact| {
             near.iter().any(|at| at.stop as usize == of.stop && at.moves && at.rate > 0.0)
         };
@@ -300,7 +300,7 @@ impl Perturbed {
     ) -> Result<(), StructureTangentError> {
         let seen = self.struck.iter().find(|&&other| self.of.structure.sees(other, stop));
         let Some(&other) = seen else { return Ok(()) };
-        let near = self.of.motion.near(event.clock, &self.before);
+        let near = self.of.motion.near(event.clock, &self.before, 0.0);
         let approached = |at: &crate::simulate::structure::Near| {
             at.stop as usize == stop && at.moves && at.rate > 0.0
         };
