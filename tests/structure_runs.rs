@@ -307,28 +307,25 @@ fn a_body_without_clearance_ends_as_simultaneous() {
     assert_eq!((run.stop_reason, run.impacts.len()), (StopReason::Simultaneous, 0));
 }
 
-/// A body falls into a corner, plastically, and stays there: both stops close at once, whatever rounding is left.
+/// A body falls into a corner, plastically, and stays there: both stops close at once, whatever
+/// rounding is left of its velocity.
 #[test]
 fn a_body_comes_to_rest_in_a_corner() {
     let two = |of: f64| vec![vec![of, 0.0], vec![0.0, of]];
-    for simultaneous in [Simultaneous::Together, Simultaneous::Sequence] {
-        for angle in [0.6, 0.28, -0.6] {
-            let structure = Structure::builder(two(1.0), two(0.0))
-                .static_load([1.0, 1.0])
-                .simultaneous(simultaneous)
-                .stop(Stop::new([1.0, 0.0], 0.0, 0.0))
-                .stop(Stop::new([angle, f64::sqrt(1.0 - angle * angle)], 0.0, 0.0))
-                .build()
-                .unwrap();
-            let start = StructureState::new(&[-1.5, -1.5], &[1.0, 1.0]);
-            let options = RunOptions { max_events: 2_000, ..RunOptions::until(Horizon::Time(6.0)) };
-            let run = run(&structure, start, options, &CancelToken::never()).unwrap();
-            let case = format!("{simultaneous:?} {angle}");
-            assert_eq!(run.stop_reason, StopReason::Completed, "{case}");
-            assert_eq!(run.contacts.last().unwrap().closed.as_slice(), [0, 1], "{case}");
-            let end = &run.final_state.state;
-            assert!(end.q.iter().chain(&end.v).all(|x| x.abs() < 1e-13), "{case}: {end:?}");
-            println!("{case}: {} impacts, {} contacts", run.impacts.len(), run.contacts.len());
-        }
+    for angle in [0.6, 0.28, -0.6] {
+        let structure = Structure::builder(two(1.0), two(0.0))
+            .static_load([1.0, 1.0])
+            .simultaneous(Simultaneous::Together)
+            .stop(Stop::new([1.0, 0.0], 0.0, 0.0))
+            .stop(Stop::new([angle, f64::sqrt(1.0 - angle * angle)], 0.0, 0.0))
+            .build()
+            .unwrap();
+        let start = StructureState::new(&[-1.5, -1.5], &[1.0, 1.0]);
+        let options = RunOptions { max_events: 2_000, ..RunOptions::until(Horizon::Time(6.0)) };
+        let run = run(&structure, start, options, &CancelToken::never()).unwrap();
+        assert_eq!((run.stop_reason, run.impacts.len()), (StopReason::Completed, 2), "{angle}");
+        assert_eq!(run.contacts.last().unwrap().closed.as_slice(), [0, 1], "{angle}");
+        let end = &run.final_state.state;
+        assert!(end.q.iter().chain(&end.v).all(|x| x.abs() < 1e-13), "{angle}: {end:?}");
     }
 }

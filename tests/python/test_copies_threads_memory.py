@@ -15,7 +15,7 @@ import pytest
 
 import vibroimpact as vi
 from small_results import START, branch, grid_basins, motion, motions, region, run
-from struck import moving_run
+from struck import moving_run, orbit, small_diagram, spectrum
 from systems import PAPER, ROUGH
 from valid_calls import calls
 
@@ -61,6 +61,9 @@ def _results() -> dict[str, Any]:
         vi.NoMotionError("no 'multipliers'", "none"),
         moving_run(),
         moving_run().final_state,
+        orbit(),
+        small_diagram(),
+        spectrum(),
         vi.Undecided(lo=0.0, hi=1.0, reason="a double root"),
         vi.Disagreement(event="impact", number=1, time=0.5, reason="digits"),
         vi.ParameterError("gap = nan"),

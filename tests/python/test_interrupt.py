@@ -194,7 +194,8 @@ def public_members():
                     for member, value in vars(base).items():
                         kinds = property | classmethod | staticmethod | functools.cached_property
                         works = inspect.isfunction(value) or isinstance(value, kinds)
-                        if works and not member.startswith("_"):
+                        abstract = getattr(value, "__isabstractmethod__", False)
+                        if works and not abstract and not member.startswith("_"):
                             yield f"{base.__name__}.{member}", value
 
 

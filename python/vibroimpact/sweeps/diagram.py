@@ -313,10 +313,10 @@ def bifurcation_diagram(
     if "vibroimpact.structure" in sys.modules and not isinstance(system, System):
         from .structure_diagram import made_by, structure_diagram
 
-        structure = made_by(system, parameter)
-        if structure is not None:
+        made, of_structures = made_by(system, parameter)
+        if of_structures:
             return structure_diagram(
-                structure,
+                made,
                 initial,
                 parameter,
                 starts=_starts(start),
@@ -330,6 +330,7 @@ def bifurcation_diagram(
                 not_yet={"labels": labels, "exponents": exponents, "refine": refine}
                 | {"units": units, "client": client, "store": store, "chunk": chunk},
             )
+        system = made
     system, initial = in_units(bifurcation_diagram, units, system, initial, parameter)
     axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)
     ((name, values),) = axes.items()

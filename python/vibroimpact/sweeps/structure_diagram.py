@@ -118,12 +118,15 @@ def structure_diagram(
     return diagram
 
 
-def made_by(system: Any, parameter: Mapping[str, Any]) -> Any:
-    """Return a structure, or a function that makes structures; None for anything else."""
+def made_by(system: Any, parameter: Mapping[str, Any]) -> tuple[Any, bool]:
+    """Return a system or what makes it, and whether that is a structure.
+
+    A function has been called for its first value; the one returned does not do so again.
+    """
     if isinstance(system, Structure):
-        return system
+        return system, True
     if not callable(system) or len(parameter) != 1:
-        return None
+        return system, False
     ((name, values),) = parameter.items()
     first = next(iter(np.ravel(values).tolist()), None)
     known: dict[Any, Any] = {}
@@ -135,9 +138,9 @@ def made_by(system: Any, parameter: Mapping[str, Any]) -> Any:
 
     try:
         known[first] = system(**{name: first})
-    except TypeError:
-        return None
-    return once if isinstance(known[first], Structure) else None
+    except (TypeError, ValueError):  # which is told where all values are looked at
+        return system, False
+    return once, isinstance(known[first], Structure)
 
 
 def _refuse(not_yet: Mapping[str, Any]) -> None:
