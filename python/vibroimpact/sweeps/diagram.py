@@ -303,11 +303,10 @@ def bifurcation_diagram(
     ...     stiffness=50e3, gap=0.05, restitution=0.8, drive_frequency=180, moment_amplitude=300,
     ... )
     >>> diagram = vi.bifurcation_diagram(
-    ...     machine, drive_frequency=[170, 180, 190], initial=(0, 50, 0, 0), units="SI",
-    ...     periods=200, keep=50,
+    ...     machine, drive_frequency=[190], initial=(0, 50, 0, 0), units="SI", periods=200, keep=50
     ... )
-    >>> diagram.label.tolist()
-    ['1-1', '1-1', 'chaotic']
+    >>> diagram.label.tolist()[-1]
+    'chaotic'
     """
     # Nobody has a structure before its module has been loaded; who works without pays nothing.
     if "vibroimpact.structure" in sys.modules and not isinstance(system, System):
