@@ -7,6 +7,7 @@ subclasses in comparison.py and structure_comparison.py know.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -38,7 +39,7 @@ class Units(Protocol):
         """Sizes of the numbers of states just before, or after, or both."""
 
 
-class Judged:
+class Judged(ABC):
     """One stretch of a run beside the exact motion; rows and failures are collected in order."""
 
     #: Endings beyond which the model has no motion, or more than one.
@@ -76,17 +77,17 @@ class Judged:
         if self.rows.to_the_end:
             self._final()
 
+    @abstractmethod
     def _without_grazes(self) -> None:
         """Find impacts that are grazes in the run, and compare them separately."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _impact(self, index: int, row: np.void, entry: Entry) -> bool:
         """One impact; False if the reference is not known well enough to judge it."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _contact(self, index: int, row: np.void, entry: Entry) -> bool:
         """One event of sustained contact; False as for an impact."""
-        raise NotImplementedError
 
     def _columns(self, errors: Sequence[float]) -> tuple[Any, ...]:
         """The errors of a state as they stand in the tables."""
