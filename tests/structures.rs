@@ -5,8 +5,8 @@
 use nalgebra::Complex;
 use serde_json::Value;
 use vibroimpact::{
-    CancelToken, EventKind, Run, RunOptions, Simultaneous, Stop, StopReason, Structure,
-    StructureState, run,
+    CancelToken, EventKind, Run, RunOptions, Simulation, Simultaneous, Stop, StopReason, Structure,
+    StructureEvent, StructureState, run,
 };
 
 fn data(name: &str) -> Vec<Value> {
@@ -286,4 +286,30 @@ fn what_happens_at_one_instant_is_chosen_by_name() {
     }
     let error = Simultaneous::from_name("at once").unwrap_err();
     assert_eq!(error.allowed, "one of stop, sequence, together");
+}
+
+#[test]
+fn a_run_without_an_end_stops_where_nothing_will_move_any_more() {
+    let falling = |load: f64, drive: f64| {
+        Structure::builder(vec![vec![1.0]], vec![vec![0.0]])
+            .static_load([load])
+            .drive(vec![drive.into()], 1.0, 0.0)
+            .stop(Stop::new([1.0], 0.0, 0.5))
+            .build()
+            .unwrap()
+    };
+    let start = || StructureState::new(&[-1.0], &[0.0]);
+    let last = |structure: &Structure| {
+        let mut simulation = Simulation::new(structure, start()).unwrap().max_events(100);
+        simulation.find_map(|event| match event.unwrap() {
+            StructureEvent::Stop(stop) => Some((stop.reason, stop.time)),
+            _ => None,
+        })
+    };
+    // The bounces of a ball under the load 1 end at 3 sqrt(2).
+    let (reason, time) = last(&falling(1.0, 0.0)).unwrap();
+    assert_eq!(reason, StopReason::Rest);
+    assert!((3.0 * 2f64.sqrt()..100.0).contains(&time), "{time}");
+    // A drive that lifts it again lets it bounce for ever.
+    assert_eq!(last(&falling(1.0, 1.1)).unwrap().0, StopReason::EventCap);
 }

@@ -4,8 +4,8 @@
 
 use super::model::{ChatterView, NotStruck, Struck};
 use super::{
-    Anchor, AnchorOf, Checkpoint, Completion, FlightStart, Leg, Model, ModelEvent, Observer,
-    Simulation, Turn,
+    Anchor, AnchorOf, Checkpoint, Completion, FlightStart, Horizon, Leg, Model, ModelEvent,
+    Observer, Simulation, Turn,
 };
 use crate::contact::chatter::Limit;
 use crate::model::state::{Clock, ModelState};
@@ -64,6 +64,11 @@ impl<M: Model> Simulation<M> {
             }
             Found::Graze(touch) => self.graze(&touch),
             Found::Resting(touch) => self.come_to_rest(&touch),
+            _ if matches!(self.horizon, Horizon::Impacts { .. })
+                && M::rests(&self.motion, &self.flight) =>
+            {
+                Some(Ok(self.stop_here(StopReason::Rest)))
+            }
             _ => {
                 let (elapsed, grazed) = (self.point.elapsed, self.point.grazed);
                 self.point.elapsed = elapsed + DoubleDouble::new(time);

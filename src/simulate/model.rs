@@ -265,6 +265,11 @@ pub trait Model: Clone + PartialEq + Debug + Send + Sync {
         observer: &mut O,
     ) -> Turn<Self>;
 
+    /// Whether nothing will ever end or move a leg. A model that tells it in `hold` need not here.
+    fn rests(_motion: &Self::Motion, _flight: &Self::Flight) -> bool {
+        false
+    }
+
     /// An impact, as the completion of chatter sees it,
     fn chatter_view(&self, impact: &Self::Impact) -> ChatterView;
     /// and what it leaves behind.

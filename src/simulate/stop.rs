@@ -35,6 +35,7 @@ impl<M: Model> Simulation<M> {
     /// Stops at the horizon, whose clock is known exactly.
     pub(super) fn stop_at_horizon(&mut self, state: M::State) -> M::Event {
         let reason = match self.horizon {
+            _ if M::rests(&self.motion, &self.flight) => StopReason::Rest,
             Horizon::Impacts { .. } => StopReason::TimeCap,
             Horizon::Periods(_) if !self.drive().has_period() => StopReason::TimeCap,
             _ => StopReason::Completed,

@@ -118,6 +118,10 @@ impl Model for Structure {
         motion.free.span()
     }
 
+    fn rests(_: &Motion, leg: &StructureLeg) -> bool {
+        leg.rests()
+    }
+
     fn begin(&self, initial: StructureState) -> Result<AnchorOf<Self>, StateError> {
         let count = self.coordinates();
         for (name, numbers) in [("q", &initial.q), ("v", &initial.v)] {

@@ -48,6 +48,16 @@ enum LegKind {
     Closed(Arc<LinearMotion>, Box<LinearFlight>),
 }
 
+impl StructureLeg {
+    /// Whether nothing will ever end or move it.
+    pub(super) fn rests(&self) -> bool {
+        match &self.kind {
+            LegKind::Free(_) => false,
+            LegKind::Closed(motion, flight) => motion.rests(flight),
+        }
+    }
+}
+
 impl Leg<StructureState> for StructureLeg {
     fn clock(&self) -> Clock {
         self.clock

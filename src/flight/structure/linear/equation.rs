@@ -85,6 +85,12 @@ fn largest_singular_value(of: &Matrix) -> f64 {
 }
 
 impl Equation {
+    /// Whether the closed stops carry the coordinates along.
+    pub fn moves(&self) -> bool {
+        let rate = &self.shift_rate;
+        (0..rate.rows).any(|i| rate.row(i).iter().any(|entry| entry.hi != 0.0))
+    }
+
     /// `None` where no force keeps the stops closed, or more than one.
     pub fn new(
         structure: &Structure,

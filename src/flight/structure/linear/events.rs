@@ -134,6 +134,16 @@ impl LinearMotion {
         })
     }
 
+    /// Whether nothing moves, or ever will: no coordinate is free, closed stops do not move, and all
+    /// that would end the leg stays below 0, whatever the phase.
+    pub fn rests(&self, flight: &LinearFlight) -> bool {
+        let slides = matches!(self.closed, Closed::Slide { .. });
+        self.equation.free == 0
+            && !slides
+            && !self.equation.moves()
+            && self.conditions.iter().all(|condition| condition.stays_below(flight.tau))
+    }
+
     fn stop_of(&self, ends: Ends) -> usize {
         match (ends, &self.closed) {
             (Ends::Open(stop) | Ends::Held(stop), _) => stop,

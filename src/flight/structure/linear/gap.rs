@@ -92,6 +92,14 @@ impl Condition {
     }
 }
 
+impl Condition {
+    /// Whether it stays below 0 at this tau, without free coordinates, for every phase.
+    pub fn stays_below(&self, tau: f64) -> bool {
+        let [constant, place, cos, sin] = self.row.loads.map(|load| load.value());
+        constant + tau * place + cos.hypot(sin) < 0.0
+    }
+}
+
 impl Row {
     fn scaled(&self, factor: f64) -> Self {
         let scaled = |row: &[DoubleDouble]| row.iter().map(|x| x.scale(factor)).collect();
