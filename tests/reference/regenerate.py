@@ -23,7 +23,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from . import generate_contact, generate_orbits
+from . import generate_contact, generate_orbits, generate_structures
 from .generate import DATA, flight_cases, flight_record
 from .ladder import graze_records
 
@@ -70,12 +70,17 @@ def _orbits(name: str) -> Named:
     return [(name, generate_orbits.scene_record(generate_orbits.SCENES[name]))]
 
 
+def _structures(name: str) -> Named:
+    return [(name, generate_structures.case_record(generate_structures.CASES[name]))]
+
+
 #: The makers of all generated files.
 MAKERS: dict[str, Maker] = {
     "flights.json": Maker(_flight_parts, _flights),
     "near_grazes.json": Maker(lambda: ["all"], _near_grazes),
     generate_contact.NAME: Maker(lambda: generate_contact.SCENES, _contact),
     generate_orbits.NAME: Maker(lambda: generate_orbits.SCENES, _orbits),
+    generate_structures.NAME: Maker(lambda: generate_structures.CASES, _structures),
 }
 
 
