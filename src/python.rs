@@ -16,7 +16,9 @@ mod leg;
 mod lyapunov;
 mod one_impact;
 mod orbit;
+mod period;
 mod run;
+mod simulate;
 mod structure;
 mod structure_motion;
 mod structure_parts;
@@ -48,7 +50,11 @@ mod _core {
     #[pymodule_export]
     use super::orbit::PyItinerary;
     #[pymodule_export]
-    use super::run::{PyFinalState, PyPeriodReport, PyRun, simulate, simulate_many};
+    use super::period::PyPeriodReport;
+    #[pymodule_export]
+    use super::run::{PyFinalState, PyRun};
+    #[pymodule_export]
+    use super::simulate::simulate;
     #[pymodule_export]
     use super::structure::{PyStop, PyStructure};
     #[pymodule_export]
@@ -56,7 +62,7 @@ mod _core {
         PyStructureOrbit, PyStructureSpectrum, structure_motion, structure_spectrum,
     };
     #[pymodule_export]
-    use super::structure_run::{PyStructureRun, simulate_structure};
+    use super::structure_run::PyStructureRun;
     #[pymodule_export]
     use super::structure_sweep::structure_sweep;
     #[pymodule_export]

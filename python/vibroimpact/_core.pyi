@@ -62,8 +62,6 @@ __all__ = [
     "impact",
     "lyapunov_spectrum",
     "simulate",
-    "simulate_many",
-    "simulate_structure",
     "sin_cos",
     "structure_motion",
     "structure_spectrum",
@@ -829,22 +827,8 @@ def impact(
     """
 
 def simulate(
-    system: System,
-    initial: Sequence[float],
-    *,
-    periods: int | None = None,
-    time: float | None = None,
-    keep: int | None = None,
-    max_events: int = ...,
-    chatter_tolerance: float = ...,
-    section_phase: float = 0.0,
-    progress: Callable[[int], object] | None = None,
-) -> Run:
-    """One run; ``progress`` gets the millionths of its time that are done."""
-
-def simulate_structure(
-    structure: Structure,
-    initials: NDArray[np.float64],
+    machine: System | Structure,
+    initial: NDArray[np.float64],
     *,
     periods: int | None = None,
     time: float | None = None,
@@ -854,8 +838,12 @@ def simulate_structure(
     section_phase: float = 0.0,
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
-) -> tuple[list[StructureRun], bool, str | None]:
-    """One run per start (k, 2, N), whether Ctrl-C ended the work, and the first failure."""
+) -> tuple[list[Any], bool, tuple[int, str] | None]:
+    """Runs that were begun, whether Ctrl-C ended the work, the first failure with its place.
+
+    One run of a start of shape (4,) or (2, N), whose millionths that are done ``progress`` gets; or
+    a run of each of (k, 4) or (k, 2, N), and it gets the number of those that are done.
+    """
 
 @final
 class StructureOrbit:
@@ -943,24 +931,6 @@ def structure_sweep(
     progress: Callable[[int], object] | None = None,
 ) -> tuple[list[tuple[int, StructureRun | None, PeriodReport | None]], bool]:
     """Of each point its status in STATUS_NAMES, run and report; and whether Ctrl-C ended it."""
-
-def simulate_many(
-    system: System,
-    initials: NDArray[np.float64],
-    *,
-    periods: int | None = None,
-    time: float | None = None,
-    keep: int | None = None,
-    max_events: int = ...,
-    chatter_tolerance: float = ...,
-    section_phase: float = 0.0,
-    workers: int | None = None,
-    progress: Callable[[int], object] | None = None,
-) -> tuple[list[Run], bool, str | None]:
-    """The runs that were begun, in order, whether Ctrl-C ended the work, and the first failure.
-
-    ``progress`` gets the number of runs that are done.
-    """
 
 def sweep(
     system: System,

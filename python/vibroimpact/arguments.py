@@ -371,7 +371,7 @@ def state(initial: Any) -> tuple[float, float, float, float]:
 
 
 def starts(initial: Any, count: int) -> NDArray[np.float64]:
-    """Return starts of a structure with ``count`` coordinates as float64 (k, 2, count), finite."""
+    """Return starts of ``count`` coordinates as float64, (2, count) or (k, 2, count), finite."""
     wanted = f"rows q and v of shape (2, {count}), or (k, 2, {count}) for several"
     array = array_of("initial", initial, wanted, error=StateError)
     if array.ndim not in (2, 3) or array.shape[-2:] != (2, count):
@@ -385,7 +385,7 @@ def starts(initial: Any, count: int) -> NDArray[np.float64]:
         place = tuple(int(i) for i in np.argwhere(~finite)[0])
         where = f"initial[{', '.join(map(str, place))}]"
         raise StateError(f"{where} = {result[place]} is not allowed; allowed: finite numbers")
-    return result.reshape(-1, 2, count)
+    return result
 
 
 def axis(name: str, values: Any) -> NDArray[np.float64]:

@@ -6,9 +6,7 @@ pendulum's length l, times in 1/omega_2; see the notation page.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,27 +15,19 @@ from . import _core
 from .arguments import array_of, as_floats, number, reject, state, states, vector
 from .errors import ParameterError
 from .interruption import interruptible
+from .machine import Machine
 
 Array = NDArray[np.float64]
 
 
 @interruptible
-class Mechanics(ABC):
+class Mechanics(Machine):
     """The mechanics of `System`."""
-
-    @abstractmethod
-    def to_dict(self) -> dict[str, Any]:
-        """Return all parameters by name."""
 
     @cached_property
     def _compiled(self) -> _core.System:
         # It is no field, so that it has no influence on equality, hash, repr or pickle.
         return _core.System(**{k: v for k, v in self.to_dict().items() if k != "scales"})
-
-    @property
-    def drive_period(self) -> float:
-        """Drive period 2 pi/drive_frequency; infinite for ``drive_frequency = 0``."""
-        return self._compiled.drive_period
 
     @property
     def is_wall(self) -> bool:

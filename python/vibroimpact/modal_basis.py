@@ -1,4 +1,4 @@
-"""Maps between the modal coordinates p of a structure and its physical ones, q = Phi p.
+"""The coordinates in which a structure is compiled: its own, or modal ones p, with q = Phi p.
 
 Phi, (n, N), has the mode shapes in its columns; a row of the structure becomes row @ Phi.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +33,68 @@ _DEPENDENT = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
+class Matrices:
+    """Mass and stiffness (N, N) of a structure that is compiled in its own coordinates."""
+
+    is_modal: ClassVar = False
+
+    mass: Array
+    stiffness: Array
+
+    @classmethod
+    def of(cls, mass: Any, stiffness: Any) -> Matrices:
+        """Check what a caller gives.
+
+        Raises
+        ------
+        ParameterError
+            Names the argument and what is allowed.
+        """
+        checked = fixed(matrix("mass", mass))
+        count = len(checked)
+        return cls(checked, fixed(matrix("stiffness", stiffness, rows=count, columns=count)))
+
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """Numbers of coordinates and of modes."""
+        return len(self.mass), len(self.mass)
+
+    @property
+    def given(self) -> dict[str, Array]:
+        """The arguments that it was made of."""
+        return {"mass": self.mass, "stiffness": self.stiffness}
+
+    @property
+    def matrices(self) -> tuple[Array, Array]:
+        """Mass and stiffness of the compiled structure."""
+        return self.mass, self.stiffness
+
+    def on(self, name: str, row: NDArray[Any]) -> NDArray[Any]:
+        """Return a row in the coordinates of the compiled structure."""
+        return row
+
+    def square(self, name: str, matrix: Array) -> Array:
+        """Return a symmetric matrix in these coordinates."""
+        return matrix
+
+    def stop(self, stop: Stop, place: int) -> _core.Stop:
+        """Return the compiled form of a stop."""
+        return stop._compiled
+
+    def physical(self, states: Array) -> Array:
+        """Return coordinates of the compiled structure in physical ones."""
+        return states
+
+    def modal(self, states: Array) -> Array:
+        """Return physical coordinates of starts in those of the compiled structure."""
+        return states
+
+
+@dataclass(frozen=True, eq=False)
 class ModalBasis:
     """Natural frequencies (N,), ascending, and M-orthonormal shapes (n, N) of given modes."""
+
+    is_modal: ClassVar = True
 
     frequencies: Array
     shapes: Array
@@ -78,6 +138,22 @@ class ModalBasis:
             shapes = scaled + 0.0  # what underflows to -0.0 is 0
         return cls(fixed(frequencies), fixed(shapes))
 
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """Numbers of coordinates and of modes."""
+        coordinates, modes = self.shapes.shape
+        return coordinates, modes
+
+    @property
+    def given(self) -> dict[str, Array]:
+        """The arguments that it was made of."""
+        return {"frequencies": self.frequencies, "shapes": self.shapes}
+
+    @property
+    def matrices(self) -> tuple[Array, Array]:
+        """Mass and stiffness of the compiled structure."""
+        return np.eye(len(self.frequencies)), np.diag(self.frequencies**2)
+
     def on(self, name: str, row: NDArray[Any]) -> NDArray[Any]:
         """Return a real or complex row (n,) in modal coordinates, row @ Phi.
 
@@ -109,6 +185,21 @@ class ModalBasis:
         whole = np.array([self.on(name, column) for column in half.T])
         result: Array = 0.5 * (whole + whole.T)
         return result
+
+    def stop(self, stop: Stop, place: int) -> _core.Stop:
+        """Return the compiled form of the stop number ``place`` in modal coordinates.
+
+        Raises
+        ------
+        ParameterError
+            If no mode moves along its normal.
+        """
+        name = f"stops[{place}]"
+        normal = self.on(f"{name}.normal", stop.normal)
+        if not normal.any():
+            reject(f"{name}.normal", stop.normal.tolist(), "a row that some mode moves")
+        tangent = None if stop.tangent is None else self.on(f"{name}.tangent", stop.tangent)
+        return stop._with_rows(normal, tangent)
 
     def physical(self, states: Array) -> Array:
         """Return modal coordinates (..., N) in physical ones, (..., n)."""
@@ -145,7 +236,7 @@ class ModalBasis:
         if far.any():
             place = tuple(int(i) for i in np.argwhere(far)[0])
             *run, row = place
-            which = f"initial[{', '.join(map(str, run))}]" if len(states) > 1 else "initial"
+            which = f"initial[{', '.join(map(str, run))}]" if run else "initial"
             raise StateError(
                 f"{'qv'[row]} of {which} lies outside the span of the modes by "
                 f"{outside[place] / size[place]:.3g} of its size; allowed: shapes @ p for any p"
@@ -165,19 +256,3 @@ class ModalBasis:
         with np.errstate(over="ignore"):
             inverse: Array = (right.T / values) @ left.T / sizes[:, np.newaxis]
         return inverse
-
-
-def projected(stop: Stop, basis: ModalBasis, place: int) -> _core.Stop:
-    """Return the compiled form of the stop number ``place`` in modal coordinates.
-
-    Raises
-    ------
-    ParameterError
-        If no mode moves along its normal.
-    """
-    name = f"stops[{place}]"
-    normal = basis.on(f"{name}.normal", stop.normal)
-    if not normal.any():
-        reject(f"{name}.normal", stop.normal.tolist(), "a row that some mode moves")
-    tangent = None if stop.tangent is None else basis.on(f"{name}.tangent", stop.tangent)
-    return stop._with_rows(normal, tangent)

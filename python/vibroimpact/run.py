@@ -6,40 +6,30 @@ numbers live in the compiled core; a Run returns them as read-only arrays, built
 
 from __future__ import annotations
 
+import dataclasses
 import os
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .arguments import (
-    count,
-    flag,
-    horizon,
-    not_negative,
-    optional_count,
-    positive,
-    reject,
-    times_of,
-)
-from .errors import Interrupted, SimulationError
+from .errors import Interrupted
 from .interruption import interruptible
 from .period_report import Evidence as Evidence
 from .period_report import PeriodReport as PeriodReport
 from .run_parts import EnergyAudit as EnergyAudit
 from .run_parts import FinalState as FinalState
 from .run_parts import read_only as read_only
-from .run_record import RunRecord, impacts_in_words
-from .scales import Units, chosen
+from .run_record import RunRecord
+from .showing import Facts
 from .system import System
 from .tables import EventKind as EventKind
+from .tables import Table, table, with_column
 from .verbs import verb
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from .bounces import Bounces
     from .verb_types import Animation, NotFound, PeriodicMotion, RunInSI
 
 # The tables of events, as the core has them.
@@ -47,7 +37,7 @@ _EVENTS = ("events", "grazes", "contacts")
 
 
 @interruptible
-class Run(RunRecord):
+class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
     """One simulated motion, as ``simulate``, ``Run.resume`` and ``load`` return it.
 
     Examples
@@ -63,6 +53,73 @@ class Run(RunRecord):
     >>> run.impacts["approach_velocity"].round(3)[:2]
     array([1.109, 1.109])
     """
+
+    _KIND = "run"
+
+    @property
+    def initial(self) -> tuple[float, float, float, float]:
+        """The state (x1, v1, x2, v2) at t = 0."""
+        return self._initial
+
+    @cached_property
+    def impacts(self) -> Table:
+        """Kept impacts: structured array, one row each.
+
+        Columns ``time, period, time_in_period, x1, v1_pre, v1_post, x2, v2_pre, v2_post,
+        approach_velocity, phase, regime, impulse_normal, impulse_tangential, energy_loss``.
+        Impulses are in units M1 l omega_2, energies in M1 l^2 omega_2^2; ``regime`` is a Regime.
+        Impacts that complete chatter skipped are not listed here: ``bounces`` lists them too.
+        ``impacts.to_pandas()`` gives a data frame.
+        """
+        return self._impacts(self._core.impacts)
+
+    def _impacts(self, rows: NDArray[np.void]) -> Table:
+        """Return impacts of the core with their approach velocity."""
+        before = np.column_stack([rows[name] for name in ("x1", "v1_pre", "x2", "v2_pre")])
+        velocity = np.asarray(self._system.gap_rate(before))
+        return with_column(rows, "approach_velocity", velocity, after="v2_post")
+
+    @cached_property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """Kept stroboscopic states x1, v1, x2, v2, shape (k, 4); (0, 4) without a drive period."""
+        return read_only(self._core.stroboscopic)
+
+    @cached_property
+    def events(self) -> Table:
+        """Kept events: structured array ``time, period, kind, index``.
+
+        ``kind`` is an EventKind, ``index`` the row of ``impacts``, ``grazes`` or ``contacts``, -1
+        for the stop.
+        """
+        return table(self._core.events)
+
+    @cached_property
+    def grazes(self) -> Table:
+        """Kept grazes (contact without impulse): structured array."""
+        return table(self._core.grazes)
+
+    @cached_property
+    def contacts(self) -> Table:
+        """Kept events of sustained contact: structured array, one row each.
+
+        Columns ``time, period, time_in_period, kind, x1, v1, x2, v2, phase, normal_force,
+        tangential_force, impacts_skipped, time_jump, error``. ``kind`` is an EventKind: CHATTER
+        (infinitely many impacts end here), SLIDE_POSITIVE, SLIDE_NEGATIVE or STICK (contact begins,
+        or goes on in this mode) or RELEASE (flight again). State and forces are those just after
+        the event; forces are in units M1 l omega_2^2, the tangential one acts on the tip.
+
+        The last three columns are 0 except in rows of CHATTER. ``impacts_skipped`` is the number of
+        impacts left out until the remaining time is below the rounding of ``time_in_period``;
+        ``time_jump`` is the time from the last impact to the accumulation point; ``error`` is an
+        absolute bound on the error of time and state there, without the rounding of ``time`` to one
+        number. Source: theory page, section 5.
+        """
+        return table(self._core.contacts)
+
+    @cached_property
+    def final_state(self) -> FinalState:
+        """The state at the end."""
+        return FinalState(**{name: getattr(self._core.final_state, name) for name in _OF_END})
 
     def trajectory(self, t: ArrayLike, *, forces: bool = False) -> NDArray[np.float64]:
         """Return the states x1, v1, x2, v2 at times ``t``, with ``forces`` the contact forces too.
@@ -95,72 +152,12 @@ class Run(RunRecord):
         >>> run.trajectory([run.kept_from, run.final_state.time]).shape
         (2, 4)
         """
-        times, single = times_of("t", t)
-        forces = flag("forces", forces)
-        first, last = self.kept_from, self.final_state.time
-        outside = np.flatnonzero((times < first) | (times > last))
-        if len(outside):
-            place = int(outside[0])
-            window = f"times in the kept window, {first!r} to {last!r}"
-            reject("t" if single else f"t[{place}]", float(times[place]), window)
+        rows: NDArray[np.float64] = self._at(t, forces)[0]
+        return rows
+
+    def _states(self, times: NDArray[np.float64], forces: bool) -> tuple[list[Any], bool]:
         rows, interrupted = self._core.trajectory(times, forces)
-        if interrupted:
-            known = f"the rows of the first {len(rows)} times"
-            raise Interrupted("interrupted", rows, holds=known)
-        return rows[0] if single else rows
-
-    def bounces(self, *, down_to: float = 0.0, most: int = 1_000_000) -> Bounces:
-        """List all impacts of the kept window, those that complete chatter skipped included.
-
-        The skipped ones are computed one by one from the last listed impact before them, as
-        ``trajectory`` and ``energy_audit`` do.
-
-        Parameters
-        ----------
-        down_to
-            The list of a chatter ends before the first skipped impact whose approach velocity is
-            below this, >= 0; 0 lists all that rounding lets the bodies make. Rows of ``impacts``
-            are listed whatever their velocity.
-        most
-            Cap on the number of skipped impacts, of all chatters together. The result says in
-            ``ends`` which lists end there.
-
-        Returns
-        -------
-        Bounces
-            ``.impacts`` has the columns of ``impacts``, and ``skipped``.
-
-        Raises
-        ------
-        ParameterError
-            If an argument is out of range.
-        Interrupted
-            After Ctrl-C; ``.result`` is the Bounces up to there.
-
-        Examples
-        --------
-        A ball falls on a table, and loses a tenth of its speed at each bounce:
-
-        >>> import vibroimpact as vi
-        >>> ball = vi.System(
-        ...     mass_ratio=0, frequency_ratio=0, restitution=0.9, gap=0, drive_frequency=0,
-        ...     moment_amplitude=1, contact="direct",
-        ... )
-        >>> run = vi.simulate(ball, initial=(-1, 0, 0, 0), time=40)
-        >>> bounces = run.bounces(down_to=1e-6)
-        >>> len(run.impacts), len(bounces.impacts)
-        (19, 135)
-        """
-        slowest = not_negative("down_to", down_to)
-        most = count("most", most, least=0)
-        from .bounces import as_bounces  # here, to keep the import of the package light
-
-        rows, skipped, ends, interrupted = self._core.bounces(slowest, most)
-        bounces = as_bounces(self._with_approach(rows), skipped, ends)
-        if interrupted:
-            known = f"the first {len(bounces.impacts)} impacts"
-            raise Interrupted("interrupted while bounces were listed", bounces, holds=known)
-        return bounces
+        return [rows], interrupted
 
     def energy_audit(self) -> EnergyAudit:
         """Add up the works of all forces in the kept window and compare with the energies.
@@ -179,61 +176,6 @@ class Run(RunRecord):
         if works is None:
             raise Interrupted("interrupted while the works were added up", self)
         return EnergyAudit(**works)
-
-    def resume(
-        self,
-        *,
-        periods: int | None = None,
-        time: float | None = None,
-        keep: int | None = None,
-        max_events: int | None = None,
-        units: Units | None = None,
-    ) -> Run:
-        """Continue for further periods or time; all bits are those of one long run.
-
-        Parameters
-        ----------
-        periods
-            How many drive periods further; or else ``time``.
-        time
-            How much further in time; or else ``periods``. With ``units="SI"`` in s.
-        keep
-            Keep only the last so many periods.
-        max_events
-            Cap on the number of events since t = 0; default the cap of this run.
-        units
-            ``"SI"``: ``time`` is in s; the system needs scales.
-
-        Raises
-        ------
-        ParameterError
-            If an argument is of the wrong kind or out of range.
-        SimulationError
-            If a number left the range of floats; ``.result`` is the run up to there.
-        Interrupted
-            After Ctrl-C; ``.result`` is the run up to there.
-
-        Examples
-        --------
-        >>> longer = run.resume(periods=10)
-        >>> longer.final_state.period
-        610
-        """
-        scales = chosen(units, self._system.scales)
-        if scales is not None and time is not None:
-            time = positive("time", time) / scales.time
-        span = horizon(self._system.drive_frequency, periods=periods, time=time, keep=keep)
-        cap = optional_count("max_events", max_events, least=1)
-        try:
-            core = self._core.resume(
-                periods=span.periods, time=span.time, keep=span.keep, max_events=cap
-            )
-        except SimulationError as error:
-            error.result = type(self)(error.result, self._system, self._initial)
-            raise
-        run = type(self)(core, self._system, self._initial)
-        raise_if_interrupted(run)
-        return run
 
     def refine(self) -> PeriodicMotion | NotFound:
         """Find the periodic motion that this run has settled on, to rounding, with its verdict.
@@ -283,31 +225,6 @@ class Run(RunRecord):
         found: RunInSI = verb("in_si")(self)
         return found
 
-    def plot(self, **options: Any) -> Axes:
-        """Draw the motion against time, by ``vi.plot.time_history``.
-
-        Parameters
-        ----------
-        **options
-            As in ``vi.plot.time_history``. Without a drive period all that is kept is drawn,
-            unless ``window`` says otherwise.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Examples
-        --------
-        >>> import vibroimpact as vi
-        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
-        ...                    drive_frequency=1.8, moment_amplitude=1.0)
-        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
-        >>> run.plot(periods=4).get_xlabel()
-        '$t$'
-        """
-        axes: Axes = verb("draw")(self, **options)
-        return axes
-
     def animate(self, path: str | os.PathLike[str] | None = None, **options: Any) -> Animation:
         """Let the run move: the machine beside its phase portrait and its time history.
 
@@ -341,39 +258,6 @@ class Run(RunRecord):
         moving: Animation = verb("animate")(self, path, **options)
         return moving
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit.
-
-        Examples
-        --------
-        >>> run.save("run.npz")
-        >>> vi.load("run.npz").label
-        '1-1'
-        """
-        from . import archive  # here, to keep the import of the package light
-
-        metadata, arrays = self._parts()
-        archive.write(path, "run", metadata, arrays)
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a run written by ``save``.
-
-        Raises
-        ------
-        ValueError
-            If the file is damaged, foreign, or holds something else.
-
-        Examples
-        --------
-        >>> run.save("run.npz")
-        >>> vi.Run.load("run.npz")
-        <Run completed at time 2094.4 (period 600), 600 impacts, 100 kept>
-        """
-        from . import archive  # here, to keep the import of the package light
-
-        return archive.read(path, {"run": cls._from_parts})
-
     def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         metadata = {
             "system": self._system.to_dict(),
@@ -393,34 +277,17 @@ class Run(RunRecord):
         core = _core.Run.from_parts(metadata["core"], **arrays)
         return cls(core, System.from_dict(metadata["system"]), (x1, v1, x2, v2))
 
-    def __eq__(self, other: object) -> bool:
-        """Whether both are one motion, kept alike: the same numbers to the last bit."""
-        if not isinstance(other, Run):
-            return NotImplemented
-        (ours, arrays), (theirs, others) = self._parts(), other._parts()
-        return ours == theirs and all(
-            array.tobytes() == others[name].tobytes() for name, array in arrays.items()
-        )
-
-    def __hash__(self) -> int:
-        """Return a hash that equal runs share."""
-        return hash((self._system, self._initial, self.impact_count))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle through the parts that ``save`` writes."""
-        return type(self)._from_parts, self._parts()
-
-    def __repr__(self) -> str:
-        """Say how the run ended and what it holds, without computing its label."""
+    def _ends(self) -> Facts:
         end = self.final_state
-        return (
-            f"<Run {self.stop_reason} at time {end.time:.6g} (period {end.period}), "
-            f"{impacts_in_words(self, ' impacts')}>"
-        )
+        return {
+            "start": _numbers(self._initial),
+            "end": f"{_numbers(end.state)} at time {end.time:.6g}, {end.mode.replace('_', ' ')}",
+        }
 
 
-def raise_if_interrupted(run: Run) -> None:
-    """Raise Interrupted, carrying the run, if Ctrl-C cut it short."""
-    if run._core.interrupted:
-        time = run.final_state.time
-        raise Interrupted(f"interrupted at time {time:.6g}", run, holds="the run so far")
+# What the core tells of the end.
+_OF_END = tuple(field.name for field in dataclasses.fields(FinalState))
+
+
+def _numbers(state: tuple[float, ...]) -> str:
+    return f"({', '.join(f'{value:.6g}' for value in state)})"

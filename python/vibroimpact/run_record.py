@@ -1,125 +1,120 @@
-"""The record of a run: its impacts, sections and events, how it ended, and what motion it is."""
+"""What the runs of all machines have alike: how they ended, what motion it is, and going on."""
 
 from __future__ import annotations
 
-import dataclasses
+import os
+from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .errors import Interrupted
+from ._core import Regime
+from .arguments import (
+    count,
+    flag,
+    horizon,
+    not_negative,
+    optional_count,
+    positive,
+    reject,
+    times_of,
+)
+from .errors import Interrupted, SimulationError
 from .interruption import interruptible
+from .machine import Machine
 from .period_report import PeriodReport, as_period_report
-from .run_parts import FinalState, read_only
+from .scales import Units
 from .showing import Facts, Shown
-from .system import System
-from .tables import EventKind, Table, table, with_column
+from .tables import EventKind, Table
+from .verbs import verb
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
+
+    from .bounces import Bounces
+
+# The machine, its compiled runs, and how a start of it is told.
+MachineT = TypeVar("MachineT", bound=Machine)
+CoreT = TypeVar("CoreT", bound=_core.Run | _core.StructureRun)
+StartT = TypeVar("StartT")
+AnyRun: TypeAlias = "RunRecord[Any, Any, Any]"
 
 
 @interruptible
-class RunRecord(Shown):
-    """What a `Run` holds: all that can be read from it without going on or drawing."""
+class RunRecord(Shown, ABC, Generic[MachineT, CoreT, StartT]):
+    """What a `Run` and a `StructureRun` have alike."""
 
-    def __init__(
-        self, core: _core.Run, system: System, initial: tuple[float, float, float, float]
-    ) -> None:
+    # What a file of it is called.
+    _KIND: ClassVar[str]
+
+    def __init__(self, core: CoreT, system: MachineT, initial: StartT) -> None:
         self._core = core
         self._system = system
         self._initial = initial
 
     @property
-    def system(self) -> System:
-        """The system that was simulated."""
+    def system(self) -> MachineT:
+        """The system or structure that was simulated."""
         return self._system
 
     @property
-    def initial(self) -> tuple[float, float, float, float]:
-        """The state (x1, v1, x2, v2) at t = 0."""
-        return self._initial
+    @abstractmethod
+    def initial(self) -> StartT:
+        """The state at t = 0."""
 
-    @cached_property
+    @property
+    @abstractmethod
     def impacts(self) -> Table:
-        """Kept impacts: structured array, one row each.
+        """Kept impacts."""
 
-        Columns ``time, period, time_in_period, x1, v1_pre, v1_post, x2, v2_pre, v2_post,
-        approach_velocity, phase, regime, impulse_normal, impulse_tangential, energy_loss``.
-        Impulses are in units M1 l omega_2, energies in M1 l^2 omega_2^2; ``regime`` is a Regime.
-        Impacts that complete chatter skipped are not listed here: ``bounces`` lists them too.
-        ``impacts.to_pandas()`` gives a data frame.
-        """
-        return self._with_approach(self._core.impacts)
-
-    def _with_approach(self, rows: NDArray[np.void]) -> Table:
-        """Return impacts of the core with their approach velocity."""
-        before = np.column_stack([rows[name] for name in ("x1", "v1_pre", "x2", "v2_pre")])
-        velocity = np.asarray(self._system.gap_rate(before))
-        return with_column(rows, "approach_velocity", velocity, after="v2_post")
-
-    @cached_property
-    def stroboscopic(self) -> NDArray[np.float64]:
-        """Kept stroboscopic states x1, v1, x2, v2, shape (k, 4); (0, 4) without a drive period."""
-        return read_only(self._core.stroboscopic)
-
-    @cached_property
-    def events(self) -> Table:
-        """Kept events: structured array ``time, period, kind, index``.
-
-        ``kind`` is an EventKind, ``index`` the row of ``impacts``, ``grazes`` or ``contacts``, -1
-        for the stop.
-        """
-        return table(self._core.events)
-
-    @cached_property
-    def grazes(self) -> Table:
-        """Kept grazes (contact without impulse): structured array."""
-        return table(self._core.grazes)
-
-    @cached_property
+    @property
+    @abstractmethod
     def contacts(self) -> Table:
-        """Kept events of sustained contact: structured array, one row each.
+        """Kept events of sustained contact."""
 
-        Columns ``time, period, time_in_period, kind, x1, v1, x2, v2, phase, normal_force,
-        tangential_force, impacts_skipped, time_jump, error``. ``kind`` is an EventKind: CHATTER
-        (infinitely many impacts end here), SLIDE_POSITIVE, SLIDE_NEGATIVE or STICK (contact begins,
-        or goes on in this mode) or RELEASE (flight again). State and forces are those just after
-        the event; forces are in units M1 l omega_2^2, the tangential one acts on the tip.
+    @property
+    @abstractmethod
+    def final_state(self) -> Any:
+        """The state at the end."""
 
-        The last three columns are 0 except in rows of CHATTER. ``impacts_skipped`` is the number of
-        impacts left out until the remaining time is below the rounding of ``time_in_period``;
-        ``time_jump`` is the time from the last impact to the accumulation point; ``error`` is an
-        absolute bound on the error of time and state there, without the rounding of ``time`` to one
-        number. Source: theory page, section 5.
-        """
-        return table(self._core.contacts)
+    @abstractmethod
+    def _impacts(self, rows: Any) -> Table:
+        """Return impacts of the core as a table."""
+
+    @abstractmethod
+    def _states(self, times: NDArray[np.float64], forces: bool) -> tuple[list[Any], bool]:
+        """Return arrays with a row for each time, states first; whether Ctrl-C left rows out."""
+
+    @abstractmethod
+    def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        """Return metadata and arrays of a file."""
+
+    @classmethod
+    @abstractmethod
+    def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
+        """Return the run of such a file."""
 
     @property
     def time_in_contact(self) -> float:
         """Time in sustained contact within the kept window; impacts take no time."""
         return self._core.time_in_contact
 
-    @cached_property
-    def final_state(self) -> FinalState:
-        """The state at the end."""
-        return FinalState(**_attributes(self._core.final_state))
-
     @property
     def stop_reason(self) -> str:
         """Why the run ended: ``"completed"``, or what stopped it earlier; see the notation page.
 
-        ``"rest"`` is no early stop: both bodies rest in contact, nothing will ever move them, and
-        the run is carried to the end asked for.
+        ``"rest"`` is no early stop: both bodies of a System rest in contact, nothing will ever move
+        them, and the run is carried to the end asked for.
         """
         return self._core.stop_reason
 
     @property
     def stop_detail(self) -> str:
-        """A sentence with time, impact number and state for a run that did not complete."""
+        """A sentence with time and impact number, of a System with its state, on how it ended."""
         return self._core.stop_detail
 
     @property
@@ -129,7 +124,7 @@ class RunRecord(Shown):
 
     @property
     def impact_count(self) -> int:
-        """Number of impacts since t = 0, kept or not.
+        """Number of impacts since t = 0, kept or not, on all stops of a structure.
 
         Of a complete chatter, which has infinitely many, it counts those before the skipped ones;
         ``bounces`` lists the others.
@@ -152,20 +147,202 @@ class RunRecord(Shown):
 
     @property
     def label(self) -> str:
-        """The label of the motion: ``"1-1"``, ``"2-inf"`` (chatter), ``"chaotic"`` ..."""
+        """The label of the motion: ``"1-1"``, ``"2-inf"`` (chatter), ``"unresolved"`` ..."""
         return self.period.label
+
+    def _at(self, t: ArrayLike, forces: bool) -> list[Any]:
+        """Return the arrays of ``_states`` at times in the kept window, for one time their row.
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside.
+        Interrupted
+            After Ctrl-C; ``.result`` holds the rows of the first times.
+        """
+        times, single = times_of("t", t)
+        forces = flag("forces", forces)
+        first, last = self.kept_from, self.final_state.time
+        outside = np.flatnonzero((times < first) | (times > last))
+        if len(outside):
+            place = int(outside[0])
+            window = f"times in the kept window, {first!r} to {last!r}"
+            reject("t" if single else f"t[{place}]", float(times[place]), window)
+        arrays, interrupted = self._states(times, forces)
+        if interrupted:
+            known = f"the rows of the first {len(arrays[0])} times"
+            raise Interrupted("interrupted", _one_or_all(arrays), holds=known)
+        return [array[0] for array in arrays] if single else arrays
+
+    def bounces(self, *, down_to: float = 0.0, most: int = 1_000_000) -> Bounces:
+        """List all impacts of the kept window, those that complete chatter skipped included.
+
+        The skipped ones are computed one by one from the last listed impact before them, as
+        ``trajectory`` and ``energy_audit`` do.
+
+        Parameters
+        ----------
+        down_to
+            The list of a chatter ends before the first skipped impact whose approach velocity is
+            below this, >= 0; 0 lists all that rounding lets the bodies make. Rows of ``impacts``
+            are listed whatever their velocity.
+        most
+            Cap on the number of skipped impacts, of all chatters together. The result says in
+            ``ends`` which lists end there.
+
+        Returns
+        -------
+        Bounces
+            ``.impacts`` has the columns of ``impacts``, and ``skipped``.
+
+        Raises
+        ------
+        ParameterError
+            If an argument is out of range.
+        Interrupted
+            After Ctrl-C; ``.result`` is the Bounces up to there.
+
+        Examples
+        --------
+        A ball falls on a table, and loses a tenth of its speed at each bounce:
+
+        >>> import vibroimpact as vi
+        >>> ball = vi.System(
+        ...     mass_ratio=0, frequency_ratio=0, restitution=0.9, gap=0, drive_frequency=0,
+        ...     moment_amplitude=1, contact="direct",
+        ... )
+        >>> run = vi.simulate(ball, initial=(-1, 0, 0, 0), time=40)
+        >>> bounces = run.bounces(down_to=1e-6)
+        >>> len(run.impacts), len(bounces.impacts)
+        (19, 135)
+        """
+        slowest = not_negative("down_to", down_to)
+        most = count("most", most, least=0)
+        from .bounces import as_bounces  # here, to keep the import of the package light
+
+        rows, skipped, ends, interrupted = self._core.bounces(slowest, most)
+        bounces = as_bounces(self._impacts(rows), skipped, ends)
+        if interrupted:
+            known = f"the first {len(bounces.impacts)} impacts"
+            raise Interrupted("interrupted while bounces were listed", bounces, holds=known)
+        return bounces
+
+    def resume(
+        self,
+        *,
+        periods: int | None = None,
+        time: float | None = None,
+        keep: int | None = None,
+        max_events: int | None = None,
+        units: Units | None = None,
+    ) -> Self:
+        """Continue for further periods or time; all bits are those of one long run.
+
+        Parameters
+        ----------
+        periods
+            How many drive periods further; or else ``time``.
+        time
+            How much further in time; or else ``periods``. With ``units="SI"`` in s.
+        keep
+            Keep only the last so many periods.
+        max_events
+            Cap on the number of events since t = 0; default the cap of this run.
+        units
+            ``"SI"``: ``time`` is in s; for a System with scales.
+
+        Raises
+        ------
+        ParameterError
+            If an argument is of the wrong kind or out of range.
+        SimulationError
+            If a number left the range of floats; ``.result`` is the run up to there.
+        Interrupted
+            After Ctrl-C; ``.result`` is the run up to there.
+
+        Examples
+        --------
+        >>> longer = run.resume(periods=10)
+        >>> longer.final_state.period - run.final_state.period
+        10
+        """
+        scales = self._system._chosen(units)
+        if scales is not None and time is not None:
+            time = positive("time", time) / scales.time
+        span = horizon(self._system.drive_frequency, periods=periods, time=time, keep=keep)
+        cap = optional_count("max_events", max_events, least=1)
+        try:
+            core: Any = self._core.resume(
+                periods=span.periods, time=span.time, keep=span.keep, max_events=cap
+            )
+        except SimulationError as error:
+            error.result = type(self)(error.result, self._system, self._initial)
+            raise
+        run = type(self)(core, self._system, self._initial)
+        raise_if_interrupted(run)
+        return run
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the motion against time, by ``vi.plot.time_history``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.time_history``: ``periods``, ``window`` ...
+            Without a drive period all that is kept is drawn, unless ``window`` says otherwise.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> run.plot(periods=4).get_xlabel()
+        '$t$'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit.
+
+        Examples
+        --------
+        >>> run.save("run.npz")
+        >>> vi.load("run.npz") == run
+        True
+        """
+        from . import archive  # here, to keep the import of the package light
+
+        metadata, arrays = self._parts()
+        archive.write(path, self._KIND, metadata, arrays)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a run written by ``save``.
+
+        Raises
+        ------
+        ValueError
+            If the file is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> run.save("run.npz")
+        >>> type(run).load("run.npz") == run
+        True
+        """
+        from . import archive  # here, to keep the import of the package light
+
+        return archive.read(path, {cls._KIND: cls._from_parts})
 
     def summary(self) -> str:
         """Return in some lines how the run ended, what motion it is, and what it holds.
 
         Examples
         --------
-        >>> import vibroimpact as vi
-        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
-        ...                    drive_frequency=1.8, moment_amplitude=1.0)
-        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
-        >>> print(run.summary().splitlines()[5])
-        impacts          600, of which 100 are kept
+        >>> run.summary().splitlines()[1]
+        'stop             completed'
         """
         facts = self._facts()
         width = max(map(len, facts)) + 2
@@ -181,10 +358,6 @@ class RunRecord(Shown):
 
         Examples
         --------
-        >>> import vibroimpact as vi
-        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
-        ...                    drive_frequency=1.8, moment_amplitude=1.0)
-        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
         >>> run.to_pandas()["regime"].unique().tolist()
         ['frictionless']
         """
@@ -193,15 +366,14 @@ class RunRecord(Shown):
     def _facts(self) -> Facts:
         end = self.final_state
         regimes, numbers = np.unique(self.impacts["regime"], return_counts=True)
-        names = [_core.Regime(int(regime)).name.lower() for regime in regimes]
+        names = [Regime(int(regime)).name.lower() for regime in regimes]
         counted = [f"{number} {name}" for name, number in zip(names, numbers, strict=True)]
         return {
             "motion": f"{self.label} ({self.period.evidence})",
             "stop": self.stop_reason
             if self.stop_reason in ("completed", "rest")
             else f"{self.stop_reason}: {self.stop_detail}",
-            "start": _numbers(self._initial),
-            "end": f"{_numbers(end.state)} at time {end.time:.6g}, {end.mode.replace('_', ' ')}",
+            **self._ends(),
             "drive periods": end.period,
             "impacts": f"{self.impact_count}, of which {len(self.impacts)} are kept",
             "regimes": ", ".join(counted) or "none",
@@ -209,8 +381,49 @@ class RunRecord(Shown):
             "time in contact": f"{self.time_in_contact:.6g}",
         }
 
+    def _ends(self) -> Facts:
+        """Return what is said of start and end."""
+        end = self.final_state
+        return {"end": f"time {end.time:.6g}, {end.mode.replace('_', ' ')}"}
 
-def impacts_in_words(run: RunRecord, unit: str = "") -> str:
+    def __eq__(self, other: object) -> bool:
+        """Whether both are one motion, kept alike: the same numbers to the last bit."""
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        (ours, arrays), (theirs, others) = self._parts(), other._parts()
+        return ours == theirs and all(
+            array.tobytes() == others[name].tobytes() for name, array in arrays.items()
+        )
+
+    def __hash__(self) -> int:
+        """Return a hash that equal runs share."""
+        return hash((self._system, *np.ravel(self._initial).tolist(), self.impact_count))  # type: ignore[call-overload]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle through the parts that ``save`` writes."""
+        return type(self)._from_parts, self._parts()
+
+    def __repr__(self) -> str:
+        """Say how the run ended and what it holds, without computing its label."""
+        end = self.final_state
+        return (
+            f"<{type(self).__name__} {self.stop_reason} at time {end.time:.6g} "
+            f"(period {end.period}), {impacts_in_words(self, ' impacts')}>"
+        )
+
+
+def raise_if_interrupted(run: AnyRun) -> None:
+    """Raise Interrupted, carrying the run, if Ctrl-C cut it short."""
+    if run._core.interrupted:
+        time = run.final_state.time
+        raise Interrupted(f"interrupted at time {time:.6g}", run, holds="the run so far")
+
+
+def _one_or_all(arrays: list[Any]) -> Any:
+    return arrays[0] if len(arrays) == 1 else tuple(arrays)
+
+
+def impacts_in_words(run: AnyRun, unit: str = "") -> str:
     """Say how many impacts a run counts and keeps, and of how many chatters some are left out."""
     counted, kept = f"{run.impact_count}{unit}", f"{len(run.impacts)} kept"
     chatters = int(np.count_nonzero(run.contacts["kind"] == EventKind.CHATTER))
@@ -221,11 +434,3 @@ def impacts_in_words(run: RunRecord, unit: str = "") -> str:
             return f"{counted} and {more}, {kept}"
         return f"{counted}, {kept} and {more}"
     return f"{counted}, {kept}"
-
-
-def _numbers(state: tuple[float, ...]) -> str:
-    return f"({', '.join(f'{value:.6g}' for value in state)})"
-
-
-def _attributes(source: object) -> dict[str, Any]:
-    return {field.name: getattr(source, field.name) for field in dataclasses.fields(FinalState)}

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
@@ -19,13 +18,14 @@ from .arguments import (
     optional_count,
     positive,
     reject,
-    states,
     threads,
 )
 from .errors import Interrupted, SimulationError
 from .interruption import interruptible
-from .run import Run, raise_if_interrupted
-from .scales import Units, chosen
+from .machine import Machine
+from .run import Run
+from .run_record import raise_if_interrupted
+from .scales import Units
 from .system import System
 
 if TYPE_CHECKING:
@@ -192,84 +192,36 @@ def simulate(
     if cap is not None:
         options["max_events"] = cap
     shown = flag("progress", progress)
-    if not isinstance(system, System):
-        from .structure import Structure  # here, to keep the import of the package light
-
-        if not isinstance(system, Structure):
-            reject("system", system, "a vibroimpact.System or a vibroimpact.Structure")
-        if units is not None:
-            reject("units", units, "None: a structure has no scales")
-        span = horizon(system.drive_frequency, periods=periods, time=time, keep=keep)
-        options |= {"periods": span.periods, "time": span.time, "keep": span.keep}
-        return _structure_runs(system, initial, span, options, threads(workers), shown)
-    scales = chosen(units, system.scales)
+    if not isinstance(system, Machine):
+        reject("system", system, "a vibroimpact.System or a vibroimpact.Structure")
+    scales = system._chosen(units)
     if scales is not None and time is not None:
         time = positive("time", time) / scales.time
     span = horizon(system.drive_frequency, periods=periods, time=time, keep=keep)
-    start = states(initial)
-    workers = threads(workers)
+    start = system._starts(initial)
     if scales is not None:
-        start = states(scales.from_si(start))
+        start = system._starts(scales.from_si(start))
     options |= {"periods": span.periods, "time": span.time, "keep": span.keep}
-    if start.ndim == 1:
-        try:
-            with _bar_of_run(span, shown) as tell:
-                core = _core.simulate(system._compiled, start.tolist(), progress=tell, **options)
-        except SimulationError as error:
-            error.result = _wrap(error.result, system, start)
-            raise
-        run = _wrap(core, system, start)
+    options["workers"] = threads(workers)
+    single = start.ndim == system._AXES
+    bar = _bar_of_run(span, shown) if single else progress_bar("runs", len(start), "run", shown)
+    with bar as tell:
+        cores, interrupted, failure = _core.simulate(
+            system._compiled, system._to_core(start), progress=tell, **options
+        )
+    if single:
+        run: Run | StructureRun = system._run(cores[0], start)
+        if failure is not None:
+            raise SimulationError(failure[1], run)
         raise_if_interrupted(run)
         return run
-    with progress_bar("runs", len(start), "run", shown) as tell:
-        cores, interrupted, failure = _core.simulate_many(
-            system._compiled, start, workers=workers, progress=tell, **options
-        )
     # After Ctrl-C there may be fewer runs than starts; they are the first ones.
-    runs = [_wrap(core, system, row) for core, row in zip(cores, start, strict=False)]
+    runs: list[Any] = [system._run(core, row) for core, row in zip(cores, start, strict=False)]
     if interrupted:
         raise Interrupted(f"interrupted after {len(runs)} of {len(start)} runs", runs, holds="them")
     if failure is not None:
-        raise SimulationError(failure, runs, holds="all runs")
-    return runs
-
-
-def _structure_runs(
-    structure: Structure,
-    initial: ArrayLike,
-    span: Horizon,
-    options: dict[str, Any],
-    workers: int | None,
-    shown: bool,
-) -> StructureRun | list[StructureRun]:
-    from .structure_run import StructureRun
-
-    starts = structure._to_core(initial)
-    single = np.ndim(initial) == 2
-    physical = np.asarray(initial, dtype=float).reshape(-1, 2, structure.coordinates)
-    bar = _bar_of_run(span, shown) if single else progress_bar("runs", len(starts), "run", shown)
-    try:
-        with bar as tell:
-            cores, interrupted, failure = _core.simulate_structure(
-                structure._compiled, starts, workers=workers, progress=tell, **options
-            )
-    except SimulationError as error:
-        error.result = StructureRun(error.result, structure, physical[0])
-        raise
-    # After Ctrl-C there may be fewer runs than starts; they are the first ones.
-    pairs = zip(cores, physical, strict=False)
-    runs = [StructureRun(core, structure, start) for core, start in pairs]
-    if single:
-        if interrupted:
-            time = runs[0].final_state.time
-            raise Interrupted(f"interrupted at time {time:.6g}", runs[0], holds="the run so far")
-        return runs[0]
-    if interrupted:
-        raise Interrupted(
-            f"interrupted after {len(runs)} of {len(starts)} runs", runs, holds="them"
-        )
-    if failure is not None:
-        raise SimulationError(failure, runs, holds="all runs")
+        place, reason = failure
+        raise SimulationError(f"run {place}: {reason}", runs, holds="all runs")
     return runs
 
 
@@ -299,12 +251,9 @@ def _tqdm_bar(name: str, total: int, unit: str, scale: float) -> Iterator[_Tell]
         yield tell
 
 
-def refuse_overlap(system: System, initial: Sequence[float]) -> None:
-    """Raise StateError for a start that does not fit: by a run of no length."""
-    if _core.simulate(system._compiled, initial, time=0.0).interrupted:
+def refuse_overlap(system: Machine, initial: Any) -> None:
+    """Raise StateError for starts that do not fit: by runs of no length."""
+    starts = system._to_core(system._starts(initial))
+    _, interrupted, _ = _core.simulate(system._compiled, starts, time=0.0)
+    if interrupted:
         raise KeyboardInterrupt
-
-
-def _wrap(core: _core.Run, system: System, initial: NDArray[np.float64]) -> Run:
-    x1, v1, x2, v2 = initial.tolist()
-    return Run(core, system, (x1, v1, x2, v2))

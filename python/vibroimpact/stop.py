@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from .arguments import naming, not_negative, number, reject, vector
-from .by_value import ByValue, check_fields, fixed
+from .by_value import ByValue, fixed
 from .errors import ParameterError
 from .interruption import interruptible
 from .keyword_types import StopChanges, completing
@@ -68,6 +68,8 @@ class Stop(ByValue, Shown):
     >>> stop == stop.replace(friction=0)
     True
     """
+
+    _WHAT = "stop"
 
     normal: NDArray[np.float64]
     gap: float
@@ -152,38 +154,6 @@ class Stop(ByValue, Shown):
         0.5
         """
         return type(self)(**(self._fields() | changes))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return all fields by name, rows as lists; ``Stop.from_dict`` goes back.
-
-        ``tangent`` is among them only where the stop has one.
-
-        Examples
-        --------
-        >>> stop.to_dict()["normal"]
-        [0.0, 1.0]
-        """
-        return {
-            name: value.tolist() if isinstance(value, np.ndarray) else value
-            for name, value in self._fields().items()
-        }
-
-    @classmethod
-    def from_dict(cls, fields: Mapping[str, Any]) -> Self:
-        """Build a stop from a mapping of field names to values.
-
-        Raises
-        ------
-        ParameterError
-            For a missing or unknown name, or a value out of range.
-
-        Examples
-        --------
-        >>> vi.Stop.from_dict(stop.to_dict()) == stop
-        True
-        """
-        check_fields("stop", fields, known=_NAMES, required=("normal", "gap", "restitution"))
-        return cls(**fields)
 
     def _fields(self) -> dict[str, Any]:
         found = {name: getattr(self, name) for name in _NAMES}

@@ -8,9 +8,7 @@ Source: the page on structures.
 
 from __future__ import annotations
 
-import inspect
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
@@ -26,21 +24,22 @@ from .arguments import (
     reject,
     starts,
 )
-from .by_value import ByValue, check_fields, fixed, in_a_call
-from .errors import ParameterError
+from .by_value import arguments_of, fixed
 from .interruption import interruptible
 from .keyword_types import CoulombLaw, Simultaneous, StructureChanges, completing
-from .modal_basis import ModalBasis, projected
-from .showing import Facts, Shown, in_a_line
+from .machine import Machine
+from .modal_basis import Matrices, ModalBasis
+from .showing import Facts, in_a_line
 from .stop import OF_STOPS, Stop, checked_stops, from_dicts, is_of_stops, with_changes
 from .structure_fields import checked_fields
+from .verbs import verb
 
 Array = NDArray[np.float64]
 
 
 @interruptible
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Structure(ByValue, Shown):
+class Structure(Machine):
     """A linear structure of N coordinates with rigid stops, in any consistent units.
 
     Immutable, comparable, hashable, picklable; ``eval(repr(structure)) == structure``. Its arrays
@@ -96,6 +95,9 @@ class Structure(ByValue, Shown):
     True
     """
 
+    _WHAT = "structure"
+    _AXES = 2
+
     mass: Array | None
     stiffness: Array | None
     stops: tuple[Stop, ...]
@@ -107,8 +109,8 @@ class Structure(ByValue, Shown):
     phase: float
     law: CoulombLaw
     simultaneous: Simultaneous
-    # What `from_modes` was given; its structure is computed in modal coordinates.
-    _basis: ModalBasis | None
+    # In whose coordinates it is computed.
+    _basis: Matrices | ModalBasis
 
     @naming
     def __init__(
@@ -126,13 +128,8 @@ class Structure(ByValue, Shown):
         law: CoulombLaw = "poisson",
         simultaneous: Simultaneous = "stop",
     ) -> None:
-        checked = matrix("mass", mass)
-        count = len(checked)
         self._set(
-            None,
-            count,
-            mass=fixed(checked),
-            stiffness=fixed(matrix("stiffness", stiffness, rows=count, columns=count)),
+            Matrices.of(mass, stiffness),
             stops=stops,
             damping=damping,
             damping_ratios=damping_ratios,
@@ -212,13 +209,9 @@ class Structure(ByValue, Shown):
         >>> beam.coordinates, beam.shapes[2].tolist()
         (3, [2.0, 2.0])
         """
-        basis = ModalBasis.of(frequencies, shapes, modal_mass)
         structure = object.__new__(cls)
         structure._set(
-            basis,
-            len(basis.shapes),
-            mass=None,
-            stiffness=None,
+            ModalBasis.of(frequencies, shapes, modal_mass),
             stops=stops,
             damping=damping,
             damping_ratios=damping_ratios,
@@ -231,46 +224,31 @@ class Structure(ByValue, Shown):
         )
         return structure
 
-    def _set(self, basis: ModalBasis | None, count: int, **given: Any) -> None:
-        """Check and set the fields; ``count`` is the number of physical coordinates."""
-        modes = count if basis is None else len(basis.frequencies)
-        checked = checked_fields(given, count=count, modes=modes)
-        for name, value in (checked | {"_basis": basis}).items():
-            object.__setattr__(self, name, value)
+    def _set(self, basis: Matrices | ModalBasis, **given: Any) -> None:
+        """Check and set the fields."""
+        count, modes = basis.sizes
+        fields = {"mass": None, "stiffness": None, **basis.given, "_basis": basis}
+        fields |= checked_fields(given, count=count, modes=modes)
+        for name in self.__dataclass_fields__:
+            object.__setattr__(self, name, fields[name])
         self._compiled  # noqa: B018  builds the compiled form, which checks the ranges
 
     @cached_property
     def _compiled(self) -> _core.Structure:
         # It is no field, so that it has no influence on equality, hash, repr or pickle.
-        rest: dict[str, Any] = {
-            "damping_ratios": self.damping_ratios,
-            "drive_frequency": self.drive_frequency,
-            "phase": self.phase,
-            "law": self.law,
-            "simultaneous": self.simultaneous,
-        }
         basis = self._basis
-        if basis is None:
-            assert self.mass is not None
-            assert self.stiffness is not None
-            return _core.Structure(
-                self.mass,
-                self.stiffness,
-                [stop._compiled for stop in self.stops],
-                damping=self.damping,
-                static_load=self.static_load,
-                drive_amplitude=self.drive_amplitude.astype(np.complex128),
-                **rest,
-            )
         drive = basis.on("drive_amplitude", self.drive_amplitude)
         return _core.Structure(
-            np.eye(len(basis.frequencies)),
-            np.diag(basis.frequencies**2),
-            [projected(stop, basis, place) for place, stop in enumerate(self.stops)],
+            *basis.matrices,
+            [basis.stop(stop, place) for place, stop in enumerate(self.stops)],
             damping=None if self.damping is None else basis.square("damping", self.damping),
+            damping_ratios=self.damping_ratios,
             static_load=basis.on("static_load", self.static_load),
             drive_amplitude=drive.astype(np.complex128),
-            **rest,
+            drive_frequency=self.drive_frequency,
+            phase=self.phase,
+            law=self.law,
+            simultaneous=self.simultaneous,
         )
 
     @property
@@ -284,7 +262,8 @@ class Structure(ByValue, Shown):
 
         Where equal frequencies occur, their shapes are any orthonormal ones of their span.
         """
-        return fixed(self._compiled.frequencies) if self._basis is None else self._basis.frequencies
+        known = self._basis.given.get("frequencies")
+        return fixed(self._compiled.frequencies) if known is None else known
 
     @cached_property
     def shapes(self) -> Array:
@@ -292,12 +271,8 @@ class Structure(ByValue, Shown):
 
         Its sign is that of the computation, or of what was given.
         """
-        return fixed(self._compiled.shapes) if self._basis is None else self._basis.shapes
-
-    @property
-    def drive_period(self) -> float:
-        """Drive period 2 pi/drive_frequency; infinite for ``drive_frequency = 0``."""
-        return self._compiled.drive_period
+        known = self._basis.given.get("shapes")
+        return fixed(self._compiled.shapes) if known is None else known
 
     @completing(StructureChanges)
     def replace(self, **changes: Any) -> Self:
@@ -320,8 +295,9 @@ class Structure(ByValue, Shown):
         >>> structure.replace(gap_0=0.5).stops[0].gap
         0.5
         """
-        maker = type(self) if self._basis is None else type(self).from_modes
-        known = [*inspect.signature(maker).parameters]
+        fields = self._fields()
+        maker = self._maker(fields)
+        known, _ = arguments_of(maker)
         own = {name: value for name, value in changes.items() if name in known}
         of_stops = {name: value for name, value in changes.items() if is_of_stops(name)}
         for name in changes.keys() - own.keys() - of_stops.keys():
@@ -332,7 +308,6 @@ class Structure(ByValue, Shown):
             reject(
                 "modal_mass", own["modal_mass"], "a value together with shapes=, which it scales"
             )
-        fields = self._fields()
         for name, other in (("damping", "damping_ratios"), ("damping_ratios", "damping")):
             if name in own:
                 fields.pop(other, None)
@@ -341,109 +316,41 @@ class Structure(ByValue, Shown):
             fields["stops"] = with_changes(checked_stops(fields["stops"]), of_stops)
         return maker(**fields)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return all fields by name, arrays as lists; ``Structure.from_dict`` goes back.
-
-        Those that are None are not among them. The stops are a list of dicts.
-
-        Examples
-        --------
-        >>> structure.to_dict()["stiffness"]
-        [[2.0, -1.0], [-1.0, 2.0]]
-        """
-        fields = self._fields() | {"stops": [stop.to_dict() for stop in self.stops]}
-        return {
-            name: value.tolist() if isinstance(value, np.ndarray) else value
-            for name, value in fields.items()
-        }
+    @classmethod
+    def _maker(cls, fields: Mapping[str, Any]) -> Callable[..., Self]:
+        return cls if fields.keys().isdisjoint(_OF_MODES) else cls.from_modes
 
     @classmethod
-    def from_dict(cls, fields: Mapping[str, Any]) -> Self:
-        """Build a structure from a mapping of argument names to values, of ``from_modes`` too.
-
-        Raises
-        ------
-        ParameterError
-            For a missing or unknown name, or a value out of range.
-
-        Examples
-        --------
-        >>> vi.Structure.from_dict(structure.to_dict()) == structure
-        True
-        """
-        modal = isinstance(fields, Mapping) and not fields.keys().isdisjoint(_OF_MODES)
-        maker = cls.from_modes if modal else cls
-        arguments = inspect.signature(maker).parameters.values()
-        required = [each.name for each in arguments if each.default is each.empty]
-        known = [each.name for each in arguments]
-        check_fields("structure", fields, known=known, required=required)
-        given = dict(fields)
-        given["stops"] = from_dicts(given["stops"])
-        return maker(**given)
-
-    def to_json(self) -> str:
-        """Return the fields as a JSON object; the numbers come back bit for bit.
-
-        Complex numbers are pairs of real and imaginary part.
-
-        Examples
-        --------
-        >>> structure.to_json()[:29]
-        '{"mass": [[1.0, 0.0], [0.0, 1'
-        """
-        fields = self.to_dict()
-        if np.iscomplexobj(self.drive_amplitude):
-            fields["drive_amplitude"] = [[f.real, f.imag] for f in fields["drive_amplitude"]]
-        return json.dumps(fields, allow_nan=False)
+    def _arguments(cls, fields: Mapping[str, Any]) -> dict[str, Any]:
+        return {**fields, "stops": from_dicts(fields["stops"])}
 
     @classmethod
-    def from_json(cls, text: str) -> Self:
-        """Build a structure from the text of ``to_json``.
-
-        Raises
-        ------
-        ParameterError
-            If the text is no JSON object, or its fields do not make a structure.
-
-        Examples
-        --------
-        >>> vi.Structure.from_json(structure.to_json()) == structure
-        True
-        """
-        try:
-            fields = json.loads(text)
-        except (TypeError, ValueError) as error:
-            raise ParameterError(f"not the JSON of a structure: {error}") from error
-        drive = fields.get("drive_amplitude") if isinstance(fields, dict) else None
+    def _of_json(cls, fields: dict[str, Any]) -> dict[str, Any]:
+        drive = fields.get("drive_amplitude")
         if isinstance(drive, list) and all(isinstance(pair, list) for pair in drive):
             pairs = matrix("drive_amplitude", drive, columns=2)
-            fields["drive_amplitude"] = pairs[:, 0] + 1j * pairs[:, 1]
-        return cls.from_dict(fields)
+            return {**fields, "drive_amplitude": pairs[:, 0] + 1j * pairs[:, 1]}
+        return fields
 
-    def _to_core(self, initial: Any) -> Array:
-        """Return starts (2, n) or (k, 2, n), rows q and v, as (k, 2, N) of the compiled structure.
+    def _starts(self, initial: Any) -> Array:
+        return starts(initial, self.coordinates)
 
-        Raises
-        ------
-        StateError
-            For another shape, numbers that are not finite, or a start outside the span of the
-            modes.
-        """
-        states = starts(initial, self.coordinates)
-        return states if self._basis is None else self._basis.modal(states)
+    def _chosen(self, units: Any) -> None:
+        if units is not None:
+            reject("units", units, "None: a structure has no scales")
+
+    def _run(self, core: Any, start: Array) -> Any:
+        return verb("structure_run")(core, self, start)
+
+    def _to_core(self, states: Array) -> Array:
+        return self._basis.modal(states)
 
     def _from_core(self, states: Array) -> Array:
-        """Return coordinates or velocities (..., N) of the compiled structure as (..., n)."""
-        return states if self._basis is None else self._basis.physical(states)
+        return self._basis.physical(states)
 
     def _fields(self) -> dict[str, Any]:
-        basis = self._basis
-        if basis is None:
-            first = {"mass": self.mass, "stiffness": self.stiffness}
-        else:
-            first = {"frequencies": basis.frequencies, "shapes": basis.shapes}
-        rest = {name: getattr(self, name) for name in _REST}
-        return {name: value for name, value in (first | rest).items() if value is not None}
+        fields = self._basis.given | {name: getattr(self, name) for name in _REST}
+        return {name: value for name, value in fields.items() if value is not None}
 
     def _facts(self) -> Facts:
         names = ("drive_frequency", "law", "simultaneous")
@@ -456,10 +363,8 @@ class Structure(ByValue, Shown):
             **stops,
         }
 
-    def __repr__(self) -> str:
-        """Return the call that makes the structure."""
-        maker = "Structure" if self._basis is None else "Structure.from_modes"
-        return f"{maker}({in_a_call(self._fields() | {'stops': [*self.stops]})})"
+    def _made_by(self) -> str:
+        return "Structure.from_modes" if self._basis.is_modal else "Structure"
 
 
 _REST = (

@@ -8,21 +8,22 @@ symbols on the notation page.
 """
 
 import dataclasses
-import json
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ._core import PARAMETERS
-from .arguments import close_to, naming, number, pair, reject
-from .errors import ParameterError
+from .arguments import naming, number, pair, reject, states
 from .interruption import interruptible
 from .keyword_types import Changes, Contact, Law, completing
 from .mechanics import Mechanics
 from .physical import PURE, changed, dimensionless, quantities
-from .scales import Scales, in_si, needed
-from .showing import Facts, Shown
+from .scales import Scales, chosen, in_si, needed
+from .showing import Facts
 from .verbs import verb
 
 if TYPE_CHECKING:
@@ -44,8 +45,8 @@ CHOICES = {
 
 
 @interruptible
-@dataclass(frozen=True, init=False, kw_only=True)
-class System(Mechanics, Shown):
+@dataclass(frozen=True, eq=False, repr=False, init=False, kw_only=True)
+class System(Mechanics):
     """Two bodies that collide obliquely (or head-on): all parameters, dimensionless.
 
     Immutable, comparable, hashable, picklable; ``eval(repr(system)) == system``. Systems with the
@@ -112,6 +113,12 @@ class System(Mechanics, Shown):
     True
     """
 
+    _WHAT = "system"
+    _SHORTHANDS = ("damping",)
+    # Without influence on the motion.
+    _NOT_COMPARED = ("scales",)
+    _AXES = 1
+
     mass_ratio: float
     frequency_ratio: float
     restitution: float
@@ -127,8 +134,7 @@ class System(Mechanics, Shown):
     phase: float
     contact: Contact
     law: Law
-    # Without influence on the motion, so that it has none on equality and hash.
-    scales: Scales | None = field(compare=False)
+    scales: Scales | None
 
     # Written out rather than generated: an InitVar would leave ``system.damping`` as None.
     @naming
@@ -390,110 +396,31 @@ class System(Mechanics, Shown):
         >>> round(machine.replace(drive_frequency=150, units="SI").drive_frequency, 12)
         1.5
         """
-        fields = self.to_dict()
+        fields = self._fields()
         if in_si(changes.pop("units", None)):
             changes = changed(fields, needed(self.scales), changes)
         if "damping" in changes:
             del fields["pendulum_damping"], fields["oscillator_damping"]
         return type(self)(**(fields | changes))
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return all fields by name; ``System.from_dict`` goes back.
-
-        ``scales`` is among them, as a dict, only where the system has scales.
-
-        Examples
-        --------
-        >>> system.to_dict()["law"]
-        'poisson'
-        """
+    def _fields(self) -> dict[str, Any]:
         # dataclasses.asdict copies every value deeply, at several times the cost.
         values = {name: getattr(self, name) for name in _FIELDS}
         if self.scales is not None:
             values["scales"] = dataclasses.asdict(self.scales)
         return values
 
-    @classmethod
-    def from_dict(cls, fields: Mapping[str, Any]) -> Self:
-        """Build a system from a mapping of field names to values.
+    def _starts(self, initial: Any) -> NDArray[np.float64]:
+        return states(initial)
 
-        Raises
-        ------
-        ParameterError
-            For a missing or unknown name, or a value out of range.
+    def _chosen(self, units: Any) -> Scales | None:
+        return chosen(units, self.scales)
 
-        Examples
-        --------
-        >>> vi.System.from_dict(system.to_dict()) == system
-        True
-        """
-        if not isinstance(fields, Mapping):
-            reject("fields", fields, "a mapping of parameter names to values")
-        names = [*_FIELDS, "scales"]
-        unknown = sorted(map(str, set(fields) - set(names)))
-        if unknown:
-            hint = close_to(unknown[0], names)
-            raise ParameterError(f"unknown system parameters: {', '.join(unknown)}{hint}")
-        required = {name for name in PARAMETERS if PARAMETERS[name].default is None}
-        missing = sorted(required - set(fields))
-        if missing:
-            raise ParameterError(f"missing system parameters: {', '.join(missing)}")
-        return cls(**fields)
-
-    def to_json(self) -> str:
-        """Return the fields as a JSON object; the numbers come back bit for bit.
-
-        Examples
-        --------
-        >>> system.to_json()[:18]
-        '{"mass_ratio": 0.6'
-        """
-        return json.dumps(self.to_dict(), allow_nan=False)
-
-    @classmethod
-    def from_json(cls, text: str) -> Self:
-        """Build a system from the text of ``to_json``.
-
-        Raises
-        ------
-        ParameterError
-            If the text is no JSON object, or its fields do not make a system.
-
-        Examples
-        --------
-        >>> vi.System.from_json(system.to_json()) == system
-        True
-        """
-        try:
-            fields = json.loads(text)
-        except (TypeError, ValueError) as error:
-            raise ParameterError(f"not the JSON of a system: {error}") from error
-        return cls.from_dict(fields)
+    def _run(self, core: Any, start: NDArray[np.float64]) -> Any:
+        return verb("run")(core, self, tuple(start.tolist()))
 
     def _facts(self) -> Facts:
         return dict(self.to_dict())
-
-    def __eq__(self, other: object) -> bool:
-        """Whether both have the same dimensionless numbers, contact and law."""
-        if not isinstance(other, System):
-            return NotImplemented
-        return self._identity == other._identity
-
-    def __hash__(self) -> int:
-        """Return the hash of what ``==`` compares."""
-        return hash(self._identity)
-
-    @property
-    def _identity(self) -> tuple[Any, ...]:
-        return tuple(getattr(self, name) for name in _FIELDS)
-
-    def __repr__(self) -> str:
-        """Return the call that makes the system."""
-        return f"System({', '.join(f'{name}={value!r}' for name, value in self.to_dict().items())})"
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle and copy through the fields, so that a copy is validated like any other."""
-        return type(self).from_dict, (self.to_dict(),)
 
 
 # What a simulation depends on: all fields but the scales.

@@ -4,7 +4,7 @@ use pyo3::import_exception;
 use pyo3::prelude::*;
 
 use crate::model::error::{ParameterError as BadParameter, StateError as BadState};
-use crate::simulate::run::{Recorded, Run, RunError};
+use crate::simulate::run::{Run, RunError, Together};
 
 import_exception!(vibroimpact.errors, ParameterError);
 import_exception!(vibroimpact.errors, StateError);
@@ -23,9 +23,15 @@ impl From<BadState> for PyErr {
 }
 
 /// A model whose runs cross to Python.
-pub(super) trait Crossing: Recorded {
+pub(super) trait Crossing: Together {
     /// A run as an object of Python.
     fn wrapped(py: Python<'_>, run: Run<Self>) -> PyResult<Py<PyAny>>;
+    /// Impacts of a run as a table of Python.
+    fn impacts<'py>(
+        py: Python<'py>,
+        run: &Run<Self>,
+        rows: &[Self::ImpactRow],
+    ) -> PyResult<Bound<'py, PyAny>>;
 }
 
 impl<M: Crossing> From<RunError<M>> for PyErr {

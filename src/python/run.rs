@@ -1,30 +1,20 @@
-//! `_core.Run`, `simulate` and `simulate_many`.
+//! `_core.Run`, and what it consists of.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::cancel::{Progress, interruptible, interruptible_later};
-use super::enums::Member;
+use super::cancel::interruptible;
 use super::errors::Crossing;
-use super::system::PySystem;
-use crate::analysis::Workers;
-use crate::analysis::period::{EvidenceKind, ImpactCount, PeriodReport, WhyUndecided};
-use crate::analysis::sweep::run_and_count;
+use super::simulate::{outside, run_methods};
 use crate::contact::sustained::ContactMode;
 use crate::model::error::ParameterError;
 use crate::model::parameters::System;
-use crate::model::state::State;
-use crate::simulate::Horizon;
-use crate::simulate::event::StopReason;
-use crate::simulate::run::{
-    Bounces, BouncesEnd, Collection, EnergyAudit, FinalState, Recorded, Run, RunError, RunOptions,
-};
-use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
+use crate::simulate::event::ImpactRecord;
+use crate::simulate::run::{EnergyAudit, FinalState, Run};
 
 /// State at the end of a run.
 #[pyclass(name = "FinalState", module = "vibroimpact._core", frozen)]
@@ -74,88 +64,11 @@ impl PyFinalState {
     }
 }
 
-/// The label of a motion from its kept stroboscopic states, with the evidence.
-#[pyclass(name = "PeriodReport", module = "vibroimpact._core", frozen)]
-pub(super) struct PyPeriodReport(pub(super) PeriodReport);
-
-#[pymethods]
-impl PyPeriodReport {
-    #[getter]
-    fn m(&self) -> Option<usize> {
-        self.0.orbit.map(|(m, _)| m)
-    }
-    #[getter]
-    fn n(&self) -> Option<f64> {
-        self.0.orbit.map(|(_, n)| match n {
-            ImpactCount::Finite(n) => n as f64,
-            ImpactCount::Infinite => f64::INFINITY,
-        })
-    }
-    #[getter]
-    fn residual(&self) -> f64 {
-        self.0.residual
-    }
-    #[getter]
-    fn kind(&self) -> Member<EvidenceKind> {
-        Member(self.0.evidence.kind())
-    }
-    #[getter]
-    fn further(&self) -> i64 {
-        self.0.evidence.further()
-    }
-    #[getter]
-    fn rate(&self) -> Option<f64> {
-        self.0.evidence.rate()
-    }
-    #[getter]
-    fn growth(&self) -> Option<f64> {
-        self.0.evidence.growth().map(|growth| growth.mean)
-    }
-    #[getter]
-    fn growth_error(&self) -> Option<f64> {
-        self.0.evidence.growth().map(|growth| growth.error)
-    }
-    #[getter]
-    fn growth_periods(&self) -> Option<usize> {
-        self.0.evidence.growth().map(|growth| growth.periods)
-    }
-    #[getter]
-    fn why(&self) -> Option<Member<WhyUndecided>> {
-        self.0.evidence.why().map(Member)
-    }
-    /// The evidence in words.
-    #[getter]
-    fn text(&self) -> String {
-        self.0.evidence.to_string()
-    }
-    /// Whether Ctrl-C ended it.
-    #[getter]
-    fn interrupted(&self) -> bool {
-        self.0.is_interrupted()
-    }
-    #[getter]
-    fn label(&self) -> String {
-        self.0.label()
-    }
-    fn __repr__(&self) -> String {
-        format!("PeriodReport(label={:?}, residual={:e})", self.0.label(), self.0.residual)
-    }
-}
-
-/// Rows, which of them were skipped, why each list of skipped ones ends, whether Ctrl-C came.
-type PyBounces<'py> =
-    (Bound<'py, PyAny>, Bound<'py, PyArray1<bool>>, Vec<Member<BouncesEnd>>, bool);
-
 /// Result of simulate.
 #[pyclass(name = "Run", module = "vibroimpact._core", frozen)]
 pub(super) struct PyRun(pub(super) Run);
 
-#[pymethods]
-impl PyRun {
-    #[getter]
-    fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::records(py, &self.0.impacts)
-    }
+run_methods! { PyRun {
     #[getter]
     fn stroboscopic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         arrays::states(py, &self.0.stroboscopic)
@@ -172,18 +85,9 @@ impl PyRun {
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         arrays::records(py, &self.0.contacts)
     }
-    /// Time in contact within the kept window.
-    #[getter]
-    fn time_in_contact(&self) -> f64 {
-        self.0.time_in_contact()
-    }
     #[getter]
     fn final_state(&self) -> PyFinalState {
         PyFinalState(self.0.final_state)
-    }
-    #[getter]
-    fn stop_reason(&self) -> &'static str {
-        self.0.stop_reason.name()
     }
     /// A sentence on how the run ended.
     #[getter]
@@ -196,21 +100,6 @@ impl PyRun {
             state.to_array()
         )
     }
-    /// Start of the kept window (time).
-    #[getter]
-    fn kept_from(&self) -> f64 {
-        self.0.kept_from()
-    }
-    /// Impacts since t = 0, kept or not.
-    #[getter]
-    fn impact_count(&self) -> u64 {
-        self.0.impact_count
-    }
-    #[getter]
-    fn interrupted(&self) -> bool {
-        self.0.stop_reason == StopReason::Interrupted
-    }
-
     /// States (len(t), 4) at times inside the kept window, with `forces` also the contact forces
     /// (len(t), 6); and whether Ctrl-C ended it with fewer rows.
     fn trajectory<'py>(
@@ -229,23 +118,10 @@ impl PyRun {
                     flat.extend([force.normal, force.tangential]);
                 }
             });
-            done.map(|()| flat).ok_or_else(|| self.outside())
+            done.map(|()| flat).ok_or_else(|| outside(&self.0))
         })?;
         let rows = flat.len() / width;
         Ok((PyArray1::from_vec(py, flat).reshape([rows, width])?, interrupted))
-    }
-
-    /// Impacts of the kept window and those skipped in it, down to an approach velocity and at most
-    /// so many; of each, whether it was skipped; of each chatter, why its list ends. After Ctrl-C
-    /// those up to there.
-    fn bounces<'py>(&self, py: Python<'py>, slowest: f64, most: usize) -> PyResult<PyBounces<'py>> {
-        let (bounces, interrupted) = interruptible::<_, ParameterError>(py, None, |cancel| {
-            Ok(self.0.bounces(slowest, most, cancel))
-        })?;
-        let Bounces { impacts, skipped, ends } = bounces;
-        let ends = ends.into_iter().map(Member).collect();
-        let skipped = PyArray1::from_vec(py, skipped);
-        Ok((arrays::records(py, &impacts)?, skipped, ends, interrupted))
     }
 
     /// Energies and works in the kept window, by name; `None` after Ctrl-C.
@@ -253,27 +129,6 @@ impl PyRun {
         let (audit, _) =
             interruptible::<_, ParameterError>(py, None, |cancel| Ok(self.0.energy_audit(cancel)))?;
         Ok(audit.map(works))
-    }
-
-    /// Period, impact count and label.
-    fn period(&self, py: Python<'_>) -> PyResult<PyPeriodReport> {
-        let (report, _) =
-            interruptible::<_, ParameterError>(py, None, |cancel| Ok(self.0.period(cancel)))?;
-        Ok(PyPeriodReport(report))
-    }
-
-    /// Continue for further periods or time.
-    #[pyo3(signature = (*, periods = None, time = None, keep = None, max_events = None))]
-    fn resume(
-        &self,
-        py: Python<'_>,
-        periods: Option<i64>,
-        time: Option<f64>,
-        keep: Option<i64>,
-        max_events: Option<u64>,
-    ) -> PyResult<Self> {
-        let options = further(&self.0, periods, time, keep, max_events)?;
-        Ok(Self(make(py, self.0.begin_resuming(options)?, None)?))
     }
 
     /// Everything but the arrays, as JSON with exact numbers.
@@ -301,45 +156,7 @@ impl PyRun {
         run.contacts = arrays::from_records(contacts)?;
         Ok(Self(run))
     }
-}
-
-impl PyRun {
-    fn outside(&self) -> PyErr {
-        let (from, to) = (self.0.kept_from(), self.0.final_state.time);
-        PyValueError::new_err(format!("t outside the kept window [{from}, {to}]"))
-    }
-}
-
-/// How a run is resumed.
-pub(super) fn further<M: Recorded>(
-    run: &Run<M>,
-    periods: Option<i64>,
-    time: Option<f64>,
-    keep: Option<i64>,
-    max_events: Option<u64>,
-) -> PyResult<RunOptions> {
-    let done = run.final_state.clock.period;
-    let horizon = match horizon(periods, time)? {
-        // Checked before the sum: a bad number must be named as it was given.
-        Horizon::Periods(more) if more < 0 || done.checked_add(more).is_none() => {
-            return Err(ParameterError::new("periods", more, "a whole number >= 0").into());
-        }
-        Horizon::Periods(more) => Horizon::Periods(done + more),
-        Horizon::Time(more) if more.is_nan() || more < 0.0 => {
-            return Err(ParameterError::new("time", more, "a finite number >= 0").into());
-        }
-        Horizon::Time(more) => Horizon::Time(run.final_state.time + more),
-        other @ Horizon::Impacts { .. } => other,
-    };
-    if let (Some(keep), Some(periods)) = (keep, periods)
-        && keep > periods
-    {
-        let allowed = "a whole number in [0, periods]";
-        return Err(ParameterError::new("keep", keep, allowed).into());
-    }
-    let max_events = max_events.unwrap_or(run.options.max_events);
-    Ok(RunOptions { horizon, keep, max_events, ..run.options })
-}
+}}
 
 /// The numbers of an audit, by name.
 fn works(audit: EnergyAudit) -> BTreeMap<&'static str, f64> {
@@ -358,131 +175,15 @@ fn works(audit: EnergyAudit) -> BTreeMap<&'static str, f64> {
     ])
 }
 
-pub(super) fn horizon(periods: Option<i64>, time: Option<f64>) -> PyResult<Horizon> {
-    match (periods, time) {
-        (Some(periods), None) => Ok(Horizon::Periods(periods)),
-        (None, Some(time)) => Ok(Horizon::Time(time)),
-        (None, None) => Err(ParameterError::new("periods", "missing", "periods or time").into()),
-        (Some(_), Some(time)) => {
-            Err(ParameterError::new("time", time, "only one of periods and time").into())
-        }
-    }
-}
-
-pub(super) fn to_state(initial: [f64; 4]) -> PyResult<State> {
-    let [x1, v1, x2, v2] = initial;
-    Ok(State::new(x1, v1, x2, v2)?)
-}
-
-/// One run.
-#[pyfunction]
-#[pyo3(signature = (
-    system, initial, *, periods = None, time = None, keep = None,
-    max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
-    progress = None,
-))]
-#[allow(clippy::too_many_arguments)]
-pub(super) fn simulate(
-    py: Python<'_>,
-    system: &PySystem,
-    initial: [f64; 4],
-    periods: Option<i64>,
-    time: Option<f64>,
-    keep: Option<i64>,
-    max_events: u64,
-    chatter_tolerance: f64,
-    section_phase: f64,
-    progress: Option<Py<PyAny>>,
-) -> PyResult<PyRun> {
-    let horizon = horizon(periods, time)?;
-    let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
-    let collection = Collection::begin(&system.0, to_state(initial)?, options)?;
-    Ok(PyRun(make(py, collection, progress.as_ref())?))
-}
-
 impl Crossing for System {
     fn wrapped(py: Python<'_>, run: Run) -> PyResult<Py<PyAny>> {
-        Ok(PyRun(run).into_pyobject(py)?.into_any().unbind())
+        Ok(Py::new(py, PyRun(run))?.into_any())
     }
-}
-
-/// Makes a run, and tells how much of it is done if that is wanted.
-pub(super) fn make<M: Crossing>(
-    py: Python<'_>,
-    mut collection: Collection<M>,
-    progress: Option<&Py<PyAny>>,
-) -> PyResult<Run<M>> {
-    if let Some(tell) = progress {
-        return make_and_tell(py, collection, tell);
+    fn impacts<'py>(
+        py: Python<'py>,
+        _run: &Run,
+        rows: &[ImpactRecord],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        arrays::records(py, rows)
     }
-    interruptible_later(py, |cancel| collection.proceed(cancel))?;
-    Ok(collection.into_run()?)
-}
-
-/// Makes a run, and tells how many millionths of its time are done.
-fn make_and_tell<M: Crossing>(
-    py: Python<'_>,
-    mut collection: Collection<M>,
-    tell: &Py<PyAny>,
-) -> PyResult<Run<M>> {
-    let done = AtomicUsize::new(0);
-    let progress = Progress { tell, done: &done };
-    interruptible::<_, PyErr>(py, Some(&progress), |cancel| {
-        while !collection.proceed(&cancel.part_of(ASKS_PER_PART)) && !cancel.is_cancelled() {
-            done.store(collection.millionths_done(), Relaxed);
-        }
-        done.store(collection.millionths_done(), Relaxed);
-        Ok(())
-    })?;
-    Ok(collection.into_run()?)
-}
-
-/// Asks of the token, one before each flight, between two looks at how far a run is: some tens of
-/// milliseconds.
-const ASKS_PER_PART: u64 = 1 << 15;
-
-/// One run per initial state, in parallel, and whether Ctrl-C ended the work.
-#[pyfunction]
-#[pyo3(signature = (
-    system, initials, *, periods = None, time = None, keep = None,
-    max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
-    workers = None, progress = None,
-))]
-#[allow(clippy::too_many_arguments)]
-pub(super) fn simulate_many(
-    py: Python<'_>,
-    system: &PySystem,
-    initials: PyReadonlyArray2<'_, f64>,
-    periods: Option<i64>,
-    time: Option<f64>,
-    keep: Option<i64>,
-    max_events: u64,
-    chatter_tolerance: f64,
-    section_phase: f64,
-    workers: Option<usize>,
-    progress: Option<Py<PyAny>>,
-) -> PyResult<(Vec<PyRun>, bool, Option<String>)> {
-    let horizon = horizon(periods, time)?;
-    let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
-    options.check(&system.0)?;
-    let initials: PyResult<Vec<State>> =
-        arrays::to_states(&initials)?.into_iter().map(to_state).collect();
-    let (initials, system) = (initials?, system.0);
-    let workers = Workers::new(workers)?;
-    let done = AtomicUsize::new(0);
-    let progress = progress.as_ref().map(|tell| Progress { tell, done: &done });
-    let (runs, interrupted) = interruptible(py, progress.as_ref(), |cancel| {
-        run_and_count(&system, &initials, options, &workers, cancel, &done)
-    })?;
-    let mut failure = None;
-    let run_or_done = |(place, run): (usize, Result<Run, RunError>)| match run {
-        Ok(run) => Ok(PyRun(run)),
-        Err(RunError::Simulation { error, done }) => {
-            failure.get_or_insert_with(|| format!("run {place}: {error}"));
-            Ok(PyRun(*done))
-        }
-        Err(error) => Err(PyErr::from(error)),
-    };
-    let runs = runs.into_iter().enumerate().map(run_or_done).collect::<PyResult<_>>()?;
-    Ok((runs, interrupted, failure))
 }

@@ -1,6 +1,4 @@
-//! `_core.StructureRun`, and `simulate_structure`.
-
-use std::sync::atomic::AtomicUsize;
+//! `_core.StructureRun`.
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
@@ -8,21 +6,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::arrays::to_vec;
-use super::cancel::{Progress, interruptible};
-use super::enums::Member;
+use super::cancel::interruptible;
 use super::errors::Crossing;
-use super::run::{PyPeriodReport, further, horizon, make};
+use super::simulate::{outside, run_methods};
 use super::structure::PyStructure;
-use super::structure_parts::{starts, tables};
-use crate::analysis::Workers;
-use crate::analysis::sweep::run_and_count;
-use crate::model::error::ParameterError;
+use super::structure_parts::tables;
 use crate::model::structure::{Structure, StructureState};
-use crate::simulate::event::StopReason;
-use crate::simulate::run::{
-    Bounces, BouncesEnd, Collection, Run, RunError, RunOptions, StopImpactRecord,
-};
-use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
+use crate::simulate::run::{Run, StopImpactRecord};
 
 /// Result of a simulation of a structure, in its own (modal or given) coordinates.
 #[pyclass(name = "StructureRun", module = "vibroimpact._core", frozen)]
@@ -30,7 +20,37 @@ pub(super) struct PyStructureRun(pub(super) Run<Structure>);
 
 impl Crossing for Structure {
     fn wrapped(py: Python<'_>, run: Run<Self>) -> PyResult<Py<PyAny>> {
-        Ok(PyStructureRun(run).into_pyobject(py)?.into_any().unbind())
+        Ok(Py::new(py, PyStructureRun(run))?.into_any())
+    }
+
+    /// Columns of impacts.
+    fn impacts<'py>(
+        py: Python<'py>,
+        run: &Run<Self>,
+        rows: &[StopImpactRecord],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let width = run.system.coordinates();
+        let table = PyDict::new(py);
+        let floats =
+            |of: fn(&StopImpactRecord) -> f64| PyArray1::from_iter(py, rows.iter().map(of));
+        let whole = |of: fn(&StopImpactRecord) -> i64| PyArray1::from_iter(py, rows.iter().map(of));
+        let wide = |of: fn(&StopImpactRecord) -> &[f64]| {
+            matrix(py, rows.len(), width, rows.iter().map(of))
+        };
+        table.set_item("time", floats(|row| row.time))?;
+        table.set_item("period", whole(|row| row.period))?;
+        table.set_item("time_in_period", floats(|row| row.time_in_period))?;
+        table.set_item("stop", whole(|row| row.stop))?;
+        table.set_item("q", wide(|row| &row.q)?)?;
+        table.set_item("v_pre", wide(|row| &row.v_pre)?)?;
+        table.set_item("v_post", wide(|row| &row.v_post)?)?;
+        table.set_item("approach_velocity", floats(|row| row.approach_velocity))?;
+        table.set_item("phase", floats(|row| row.phase))?;
+        table.set_item("regime", whole(|row| row.regime as i64))?;
+        table.set_item("impulse_normal", floats(|row| row.impulse_normal))?;
+        table.set_item("impulse_tangential", floats(|row| row.impulse_tangential))?;
+        table.set_item("energy_loss", floats(|row| row.energy_loss))?;
+        Ok(table.into_any())
     }
 }
 
@@ -47,41 +67,7 @@ fn matrix<'py, 'a>(
     PyArray1::from_vec(py, flat).reshape([count, width])
 }
 
-/// Columns of impacts.
-fn impacts<'py>(
-    py: Python<'py>,
-    width: usize,
-    rows: &[StopImpactRecord],
-) -> PyResult<Columns<'py>> {
-    let table = PyDict::new(py);
-    let floats = |of: fn(&StopImpactRecord) -> f64| PyArray1::from_iter(py, rows.iter().map(of));
-    let whole = |of: fn(&StopImpactRecord) -> i64| PyArray1::from_iter(py, rows.iter().map(of));
-    let wide =
-        |of: fn(&StopImpactRecord) -> &[f64]| matrix(py, rows.len(), width, rows.iter().map(of));
-    table.set_item("time", floats(|row| row.time))?;
-    table.set_item("period", whole(|row| row.period))?;
-    table.set_item("time_in_period", floats(|row| row.time_in_period))?;
-    table.set_item("stop", whole(|row| row.stop))?;
-    table.set_item("q", wide(|row| &row.q)?)?;
-    table.set_item("v_pre", wide(|row| &row.v_pre)?)?;
-    table.set_item("v_post", wide(|row| &row.v_post)?)?;
-    table.set_item("approach_velocity", floats(|row| row.approach_velocity))?;
-    table.set_item("phase", floats(|row| row.phase))?;
-    table.set_item("regime", whole(|row| row.regime as i64))?;
-    table.set_item("impulse_normal", floats(|row| row.impulse_normal))?;
-    table.set_item("impulse_tangential", floats(|row| row.impulse_tangential))?;
-    table.set_item("energy_loss", floats(|row| row.energy_loss))?;
-    Ok(table)
-}
-
-#[pymethods]
-impl PyStructureRun {
-    /// Columns of the kept impacts.
-    #[getter]
-    fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
-        impacts(py, self.width(), &self.0.impacts)
-    }
-
+run_methods! { PyStructureRun {
     /// Columns of the kept grazes.
     #[getter]
     fn grazes<'py>(&self, py: Python<'py>) -> PyResult<Columns<'py>> {
@@ -172,41 +158,11 @@ impl PyStructureRun {
         Ok(table)
     }
 
-    /// Time in contact within the kept window.
-    #[getter]
-    fn time_in_contact(&self) -> f64 {
-        self.0.time_in_contact()
-    }
-
-    /// Why it ended.
-    #[getter]
-    fn stop_reason(&self) -> &'static str {
-        self.0.stop_reason.name()
-    }
-
     /// A sentence on how the run ended.
     #[getter]
     fn stop_detail(&self) -> String {
         let (reason, count) = (self.0.stop_reason.name(), self.0.impact_count);
         format!("{reason} at t = {} after {count} impacts", self.0.final_state.time)
-    }
-
-    /// Start of the kept window (time).
-    #[getter]
-    fn kept_from(&self) -> f64 {
-        self.0.kept_from()
-    }
-
-    /// Impacts since t = 0, kept or not.
-    #[getter]
-    fn impact_count(&self) -> u64 {
-        self.0.impact_count
-    }
-
-    /// Whether Ctrl-C ended it.
-    #[getter]
-    fn interrupted(&self) -> bool {
-        self.0.stop_reason == StopReason::Interrupted
     }
 
     /// States (len(t), 2, N) at times inside the kept window, forces (len(t), stops, 2), and whether
@@ -224,35 +180,11 @@ impl PyStructureRun {
                 rows.push(state.clone());
                 forces.extend(force.into_iter().flatten());
             });
-            done.map(|()| (rows, forces)).ok_or_else(|| self.outside())
+            done.map(|()| (rows, forces)).ok_or_else(|| outside(&self.0))
         })?;
         let shape = [rows.len(), self.0.system.stops().len(), 2];
         let forces = PyArray1::from_vec(py, forces).reshape(shape)?;
         Ok((states(py, self.width(), rows.iter())?, forces, interrupted))
-    }
-
-    /// Impacts of the kept window and those skipped in it, as `_core.Run` has them.
-    #[allow(clippy::type_complexity)]
-    fn bounces<'py>(
-        &self,
-        py: Python<'py>,
-        slowest: f64,
-        most: usize,
-    ) -> PyResult<(Columns<'py>, Bound<'py, PyArray1<bool>>, Vec<Member<BouncesEnd>>, bool)> {
-        let (bounces, interrupted) = interruptible::<_, ParameterError>(py, None, |cancel| {
-            Ok(self.0.bounces(slowest, most, cancel))
-        })?;
-        let Bounces { impacts: rows, skipped, ends } = bounces;
-        let ends = ends.into_iter().map(Member).collect();
-        let skipped = PyArray1::from_vec(py, skipped);
-        Ok((impacts(py, self.width(), &rows)?, skipped, ends, interrupted))
-    }
-
-    /// Period, impact count and label.
-    fn period(&self, py: Python<'_>) -> PyResult<PyPeriodReport> {
-        let (report, _) =
-            interruptible::<_, ParameterError>(py, None, |cancel| Ok(self.0.period(cancel)))?;
-        Ok(PyPeriodReport(report))
     }
 
     /// Everything but structure and arrays, as JSON with exact numbers.
@@ -276,30 +208,11 @@ impl PyStructureRun {
         let tables = tables(impacts, &stroboscopic, events, grazes, contacts)?;
         Ok(Self(Run::of(structure.0.clone(), progress, tables)))
     }
-
-    /// Continue for further periods or time.
-    #[pyo3(signature = (*, periods = None, time = None, keep = None, max_events = None))]
-    fn resume(
-        &self,
-        py: Python<'_>,
-        periods: Option<i64>,
-        time: Option<f64>,
-        keep: Option<i64>,
-        max_events: Option<u64>,
-    ) -> PyResult<Self> {
-        let options = further(&self.0, periods, time, keep, max_events)?;
-        Ok(Self(make(py, self.0.begin_resuming(options)?, None)?))
-    }
-}
+}}
 
 impl PyStructureRun {
     fn width(&self) -> usize {
         self.0.system.coordinates()
-    }
-
-    fn outside(&self) -> PyErr {
-        let (from, to) = (self.0.kept_from(), self.0.final_state.time);
-        PyValueError::new_err(format!("t outside the kept window [{from}, {to}]"))
     }
 }
 
@@ -317,54 +230,4 @@ fn states<'py, 'a>(
         count += 1;
     }
     PyArray1::from_vec(py, flat).reshape([count, 2, width])
-}
-
-/// Runs of a structure, one per start (k, 2, N); whether Ctrl-C ended the work, and a failure.
-#[pyfunction]
-#[pyo3(signature = (
-    structure, initials, *, periods = None, time = None, keep = None,
-    max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
-    workers = None, progress = None,
-))]
-#[allow(clippy::too_many_arguments)]
-pub(super) fn simulate_structure(
-    py: Python<'_>,
-    structure: &PyStructure,
-    initials: PyReadonlyArray3<'_, f64>,
-    periods: Option<i64>,
-    time: Option<f64>,
-    keep: Option<i64>,
-    max_events: u64,
-    chatter_tolerance: f64,
-    section_phase: f64,
-    workers: Option<usize>,
-    progress: Option<Py<PyAny>>,
-) -> PyResult<(Vec<PyStructureRun>, bool, Option<String>)> {
-    let horizon = horizon(periods, time)?;
-    let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
-    let initials = starts(&initials);
-    if let [initial] = initials.as_slice() {
-        let collection = Collection::begin(&structure.0, initial.clone(), options)?;
-        let run = make(py, collection, progress.as_ref())?;
-        let interrupted = run.stop_reason == StopReason::Interrupted;
-        return Ok((vec![PyStructureRun(run)], interrupted, None));
-    }
-    let workers = Workers::new(workers)?;
-    let done = AtomicUsize::new(0);
-    let progress = progress.as_ref().map(|tell| Progress { tell, done: &done });
-    let (runs, interrupted) = interruptible(py, progress.as_ref(), |cancel| {
-        run_and_count(&structure.0, &initials, options, &workers, cancel, &done)
-    })?;
-    let mut failure = None;
-    let run_or_done = |(place, run): (usize, Result<Run<Structure>, RunError<Structure>>)| match run
-    {
-        Ok(run) => Ok(PyStructureRun(run)),
-        Err(RunError::Simulation { error, done }) => {
-            failure.get_or_insert_with(|| format!("run {place}: {error}"));
-            Ok(PyStructureRun(*done))
-        }
-        Err(error) => Err(PyErr::from(error)),
-    };
-    let runs = runs.into_iter().enumerate().map(run_or_done).collect::<PyResult<_>>()?;
-    Ok((runs, interrupted, failure))
 }

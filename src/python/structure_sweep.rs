@@ -6,7 +6,7 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
 use super::cancel::{Progress, interruptible};
-use super::run::PyPeriodReport;
+use super::period::PyPeriodReport;
 use super::structure::PyStructure;
 use super::structure_run::PyStructureRun;
 use crate::analysis::Workers;

@@ -9,7 +9,6 @@ use pyo3::types::{PyDict, PyMappingProxy};
 use super::arrays;
 use crate::flight::FreeMotion;
 use crate::model::contact_coordinates::PreImpact;
-use crate::model::error::StateError;
 use crate::model::parameters::{Contact, ImpactLaw, Parameter, System};
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
@@ -190,7 +189,10 @@ impl PySystem {
 type Column<'py> = Bound<'py, PyArray1<f64>>;
 
 fn to_states(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<State>> {
-    let rows = arrays::to_states(array)?;
-    let checked = rows.into_iter().map(|[x1, v1, x2, v2]| State::new(x1, v1, x2, v2));
-    Ok(checked.collect::<Result<_, StateError>>()?)
+    arrays::to_states(array)?.into_iter().map(to_state).collect()
+}
+
+/// A state of four numbers.
+pub(super) fn to_state([x1, v1, x2, v2]: [f64; 4]) -> PyResult<State> {
+    Ok(State::new(x1, v1, x2, v2)?)
 }

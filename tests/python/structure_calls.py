@@ -64,6 +64,12 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"fields": "fields|parameters"},
         ),
         "Structure": (vi.Structure, structure, _STRUCTURE | _MATRICES),
+        "Stop.from_json": (
+            vi.Stop.from_json,
+            {"text": vi.Stop(**stop).to_json()},
+            {"text": "object"},
+            {"text": "JSON|fields"},
+        ),
         "Structure.from_modes": (
             vi.Structure.from_modes,
             {"frequencies": [1.0, 2.0], "shapes": np.eye(2), "stops": []},
@@ -109,7 +115,7 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
         "StructureRun.resume": (
             moving_run().resume,
             {"periods": 1, "keep": 1},
-            _PERIODS | {"max_events": "whole number or none"},
+            _PERIODS | {"max_events": "whole number or none", "units": "object or none"},
         ),
         "StructureDiagram.run": (small_diagram().run, {"i": 1}, {"i": "whole number"}),
         "bifurcation_diagram: structure": (
@@ -142,7 +148,7 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
         "StructureRun.resume: time": (
             moving_run().resume,
             {"time": 1.0},
-            _TIME | {"max_events": "whole number or none"},
+            _TIME | {"max_events": "whole number or none", "units": "object or none"},
         ),
         "verify: structure": (
             vi.verify,

@@ -205,16 +205,24 @@ def test_every_public_call_is_covered():
     assert [name for name, member in members.items() if not is_covered(member)] == []
 
 
-@pytest.mark.parametrize("name", ["horizon", "states", "threads", "positive"])
-def test_ctrl_c_while_arguments_are_checked(system, initial, monkeypatch, name):
-    with ctrl_c_in(monkeypatch, sys.modules["vibroimpact.simulation"], name) as caught:
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        ("simulation", "horizon"),
+        ("system", "states"),
+        ("simulation", "threads"),
+        ("simulation", "positive"),
+    ],
+)
+def test_ctrl_c_while_arguments_are_checked(system, initial, monkeypatch, module, name):
+    with ctrl_c_in(monkeypatch, sys.modules[f"vibroimpact.{module}"], name) as caught:
         vi.simulate(system, initial=initial, periods=3)
     assert caught.value.result is None
 
 
 def test_ctrl_c_while_an_array_is_built(system, initial, monkeypatch):
     run = vi.simulate(system, initial=initial, periods=3)
-    module = sys.modules[vi.Run.__module__]
+    module = sys.modules["vibroimpact.run_record"]
     with ctrl_c_in(monkeypatch, module, "times_of") as caught:
         run.trajectory([0.0, 1.0])
     assert caught.value.result is None

@@ -439,4 +439,4 @@ def test_a_notebook_shows_the_numbers_of_a_structure():
 )
 def test_starts_are_checked(initial, words):
     with pytest.raises(vi.StateError, match=f"^{re.escape(words)}"):
-        structure()._to_core(initial)
+        structure()._starts(initial)

@@ -75,8 +75,8 @@ def structure_diagram(
     cap = optional_count("max_events", max_events, least=1)
     if cap is not None:
         options["max_events"] = cap
-    begun = structures[0]._to_core(initial)
-    physical = np.asarray(initial, dtype=float).reshape(len(begun), 2, -1)
+    physical = structures[0]._starts(initial).reshape(-1, 2, structures[0].coordinates)
+    begun = structures[0]._to_core(physical)
     _check_starts(structures, begun, name, values)
     compiled = [structure._compiled for structure in structures]
     points: list[tuple[int, Any, Any]] = []
@@ -168,7 +168,7 @@ def _made(system: Any, name: str, values: Array) -> list[Structure]:
 def _check_starts(structures: list[Structure], begun: Array, name: str, values: Array) -> None:
     for structure, value in zip(structures, values.tolist(), strict=True):
         try:
-            _core.simulate_structure(structure._compiled, begun, time=0.0)
+            _core.simulate(structure._compiled, begun, time=0.0)
         except StateError as error:
             raise StateError(f"at {name}={value}: {error}") from None
 

@@ -248,7 +248,7 @@ class _StructureSpan(_Span):
 
         assert isinstance(self.run, StructureRun)
         structure = self.run.system
-        q, v = structure._to_core(self.run.initial)[0].tolist()
+        q, v = structure._to_core(self.run.initial).tolist()
         problem = StructureProblem(
             structure=exact_structure(structure),
             start=(tuple(map(exact, q)), tuple(map(exact, v))),

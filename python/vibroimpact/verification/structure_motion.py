@@ -90,22 +90,16 @@ def exact_structure(structure: Structure) -> ExactStructure:
     basis = structure._basis
     fields = structure._fields()
     stops = [stop.to_dict() for stop in structure.stops]
-    if basis is not None:
-        n = len(basis.frequencies)
-        fields["mass"] = [[int(i == j) for j in range(n)] for i in range(n)]
-        squares = (basis.frequencies**2).tolist()
-        fields["stiffness"] = [
-            [square * (i == j) for j in range(n)] for i, square in enumerate(squares)
-        ]
-        for name in ("static_load", "drive_amplitude"):
-            fields[name] = basis.on(name, fields[name])
-        if "damping" in fields:
-            fields["damping"] = basis.square("damping", fields["damping"])
-        for place, stop in enumerate(structure.stops):
-            for name in ("normal", "tangent"):
-                row = getattr(stop, name)
-                if row is not None:
-                    stops[place][name] = basis.on(name, row)
+    fields["mass"], fields["stiffness"] = basis.matrices
+    for name in ("static_load", "drive_amplitude"):
+        fields[name] = basis.on(name, fields[name])
+    if "damping" in fields:
+        fields["damping"] = basis.square("damping", fields["damping"])
+    for place, stop in enumerate(structure.stops):
+        for name in ("normal", "tangent"):
+            row = getattr(stop, name)
+            if row is not None:
+                stops[place][name] = basis.on(name, row)
     plain = {
         name: value.tolist() if hasattr(value, "tolist") else value
         for name, value in fields.items()

@@ -1,0 +1,75 @@
+"""What can be simulated: a `System` or a `Structure`, as the calls that simulate see it."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from .by_value import ByValue
+from .interruption import interruptible
+from .scales import Scales
+from .showing import Shown
+
+Array = NDArray[np.float64]
+
+
+@interruptible
+class Machine(ByValue, Shown):
+    """A machine of any kind: its drive, its compiled form, and how its states cross to it."""
+
+    # Axes of the array of one start; one more for several.
+    _AXES: ClassVar[int]
+
+    drive_frequency: float
+
+    @property
+    @abstractmethod
+    def _compiled(self) -> _core.System | _core.Structure:
+        """The compiled form."""
+
+    @property
+    def drive_period(self) -> float:
+        """Drive period 2 pi/drive_frequency; infinite for ``drive_frequency = 0``."""
+        return self._compiled.drive_period
+
+    @abstractmethod
+    def _starts(self, initial: Any) -> Array:
+        """Return one start, or several, as an array of finite numbers.
+
+        Raises
+        ------
+        StateError
+            For another shape, or numbers that are not finite.
+        """
+
+    @abstractmethod
+    def _chosen(self, units: Any) -> Scales | None:
+        """Return the scales for ``units="SI"``, None for None.
+
+        Raises
+        ------
+        ParameterError
+            For other units, and without scales.
+        """
+
+    @abstractmethod
+    def _run(self, core: Any, start: Array) -> Any:
+        """Return the run of that compiled one from a start."""
+
+    def _to_core(self, states: Array) -> Array:
+        """Return states in the coordinates of the compiled form.
+
+        Raises
+        ------
+        StateError
+            If they cannot be written in them.
+        """
+        return states
+
+    def _from_core(self, states: Array) -> Array:
+        """Return what is in coordinates of the compiled form in those of the machine."""
+        return states
