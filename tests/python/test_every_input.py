@@ -59,8 +59,7 @@ REFUSALS = (vi.ParameterError, vi.StateError)
 ENDS = (*REFUSALS, vi.SimulationError)
 # Where work begins, for what is refused before any.
 WORK = [
-    *((_core, name) for name in ("simulate_many", "sweep", "arrivals", "lyapunov_spectrum")),
-    *((_core, name) for name in ("simulate", "simulate_structure")),
+    *((_core, name) for name in ("simulate", "sweep", "arrivals", "lyapunov_spectrum")),
     ("orbits.shooting", "solve_orbit"),
     ("orbits.branches", "follow_half"),
     ("orbits.regions", "Walk"),

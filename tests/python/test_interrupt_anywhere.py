@@ -25,7 +25,7 @@ MOTION = {"initial": START, "periods": 5, "keep": 5}
 
 CALLS = {
     "simulate": lambda: vi.simulate(ROUGH, **MOTION).trajectory([0.0, 1.0]),
-    "simulate_many": lambda: vi.simulate(ROUGH, **MOTION | {"initial": [START] * 3}, workers=1),
+    "simulate several": lambda: vi.simulate(ROUGH, **MOTION | {"initial": [START] * 3}, workers=1),
     "sweep": lambda: vi.sweep(ROUGH, **MOTION, workers=1, gap=[0.5, 0.6], friction=[0.1, 0.2]),
     "bifurcation_diagram": lambda: vi.bifurcation_diagram(
         ROUGH, **MOTION, workers=1, refine=1, drive_frequency=[1.5, 1.6, 1.7]
