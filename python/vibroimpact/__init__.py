@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from .structure import Structure
     from .structure_motion import StructureOrbit, StructureSpectrum
     from .structure_run import StructureRun as StructureRun
+    from .structure_run_parts import StructureEnergyAudit as StructureEnergyAudit
     from .structure_run_parts import StructureState as StructureState
     from .sweeps import (
         Attractor,
@@ -111,7 +112,7 @@ else:
         "structure_motion": "StructureOrbit StructureSpectrum",
         "structure_run": "StructureRun",
         "sweeps.structure_diagram_results": "StructureDiagram",
-        "structure_run_parts": "StructureState",
+        "structure_run_parts": "StructureEnergyAudit StructureState",
         "sweeps": """
             Attractor Basins Chart Diagram DiagramSettings LyapunovSpectrum LyapunovSweep Sweep
             basins bifurcation_diagram chart lyapunov_spectrum sweep
@@ -181,6 +182,7 @@ __all__ = [
     "Stop",
     "Structure",
     "StructureDiagram",
+    "StructureEnergyAudit",
     "StructureOrbit",
     "StructureRun",
     "StructureSpectrum",

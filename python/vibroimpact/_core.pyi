@@ -419,6 +419,9 @@ class StructureRun:
     def interrupted(self) -> bool:
         """Whether Ctrl-C ended it."""
 
+    def energy_audit(self) -> dict[str, float] | None:
+        """Energies and works in the kept window, by name; None after Ctrl-C."""
+
     def to_json(self) -> str:
         """Everything but structure and arrays, as JSON with exact numbers."""
 

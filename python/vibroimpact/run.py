@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .errors import Interrupted
 from .interruption import interruptible
 from .period_report import Evidence as Evidence
 from .period_report import PeriodReport as PeriodReport
@@ -172,10 +171,7 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         >>> abs(run.energy_audit().residual) < 1e-9
         True
         """
-        works = self._core.energy_audit()
-        if works is None:
-            raise Interrupted("interrupted while the works were added up", self)
-        return EnergyAudit(**works)
+        return EnergyAudit(**self._works())
 
     def refine(self) -> PeriodicMotion | NotFound:
         """Find the periodic motion that this run has settled on, to rounding, with its verdict.

@@ -174,6 +174,19 @@ class RunRecord(Shown, ABC, Generic[MachineT, CoreT, StartT]):
             raise Interrupted("interrupted", _one_or_all(arrays), holds=known)
         return [array[0] for array in arrays] if single else arrays
 
+    def _works(self) -> dict[str, float]:
+        """Return energies and works in the kept window, by name.
+
+        Raises
+        ------
+        Interrupted
+            After Ctrl-C; ``.result`` is this run.
+        """
+        works = self._core.energy_audit()
+        if works is None:
+            raise Interrupted("interrupted while the works were added up", self)
+        return works
+
     def bounces(self, *, down_to: float = 0.0, most: int = 1_000_000) -> Bounces:
         """List all impacts of the kept window, those that complete chatter skipped included.
 

@@ -19,7 +19,14 @@ from .interruption import interruptible
 from .run_parts import read_only
 from .run_record import RunRecord
 from .structure import Structure
-from .structure_run_parts import TABLES, StructureState, arrays_of, check_arrays, core_of
+from .structure_run_parts import (
+    TABLES,
+    StructureEnergyAudit,
+    StructureState,
+    arrays_of,
+    check_arrays,
+    core_of,
+)
 from .tables import Table, of_columns
 from .verbs import verb
 
@@ -174,6 +181,22 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
         return cls(
             core_of(structure._compiled, metadata["core"], arrays, modal), structure, initial
         )
+
+    def energy_audit(self) -> StructureEnergyAudit:
+        """Add up the works of all forces in the kept window and compare with the energies.
+
+        Raises
+        ------
+        Interrupted
+            After Ctrl-C; ``.result`` is this run.
+
+        Examples
+        --------
+        >>> audit = run.energy_audit()
+        >>> audit.impacts < 0 < audit.loads, abs(audit.residual) < 1e-12 * audit.total
+        (True, True)
+        """
+        return StructureEnergyAudit(**self._works())
 
     def refine(self) -> StructureOrbit | NotFound:
         """Find the periodic motion that this run has settled on, to rounding, with its multipliers.

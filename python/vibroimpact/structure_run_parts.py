@@ -86,6 +86,55 @@ class StructureState(FixedArrays, Shown):
         }
 
 
+@interruptible
+@dataclass(frozen=True, kw_only=True)
+class StructureEnergyAudit:
+    """The works of all forces in the kept window of a run of a structure, in its own units.
+
+    Energy is E = (v M v + q K q)/2. Works are positive where energy enters. Between impacts they
+    are integrated by quadrature along the motion, independently of the formulas that gave it;
+    impacts skipped in chatter are resolved.
+
+    Attributes
+    ----------
+    energy_start, energy_end
+        E at both ends of the window.
+    loads
+        Work of the drive and the constant load.
+    damping
+        Work of the dampers, <= 0.
+    impacts
+        Minus what impacts take, by restitution and friction.
+    contact_friction
+        Work of friction in lasting contact, <= 0.
+    stops
+        Work of stops that move, in impacts and in contact.
+    total
+        Sum of all absolute works.
+    residual
+        Change of energy that no work explains: rounding, some 1e-13 of ``total``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> structure = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8)],
+    ...                          drive_amplitude=[1], drive_frequency=2.0)
+    >>> run = vi.simulate(structure, initial=[[0], [0]], periods=10)
+    >>> run.energy_audit().stops  # nothing moves them
+    0.0
+    """
+
+    energy_start: float
+    energy_end: float
+    loads: float
+    damping: float
+    impacts: float
+    contact_friction: float
+    stops: float
+    total: float
+    residual: float
+
+
 def check_arrays(given: Mapping[str, NDArray[Any]], like: Mapping[str, NDArray[Any]]) -> None:
     """Check that arrays are of the same names, types and rows as others.
 

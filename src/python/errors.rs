@@ -1,9 +1,12 @@
 //! Where errors cross from Rust to Python.
 
+use std::collections::BTreeMap;
+
 use pyo3::import_exception;
 use pyo3::prelude::*;
 
 use crate::model::error::{ParameterError as BadParameter, StateError as BadState};
+use crate::numerics::cancel::CancelToken;
 use crate::simulate::run::{Run, RunError, Together};
 
 import_exception!(vibroimpact.errors, ParameterError);
@@ -32,7 +35,12 @@ pub(super) trait Crossing: Together {
         run: &Run<Self>,
         rows: &[Self::ImpactRow],
     ) -> PyResult<Bound<'py, PyAny>>;
+    /// Energies and works in the kept window, by name; `None` once `cancel` has ended it.
+    fn works(run: &Run<Self>, cancel: &CancelToken) -> Option<Works>;
 }
+
+/// The numbers of an energy audit, by name.
+pub(super) type Works = BTreeMap<&'static str, f64>;
 
 impl<M: Crossing> From<RunError<M>> for PyErr {
     fn from(error: RunError<M>) -> Self {

@@ -1,20 +1,18 @@
 //! `_core.Run`, and what it consists of.
 
-use std::collections::BTreeMap;
-
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays;
 use super::cancel::interruptible;
-use super::errors::Crossing;
+use super::errors::{Crossing, Works};
 use super::simulate::{outside, run_methods};
 use crate::contact::sustained::ContactMode;
-use crate::model::error::ParameterError;
 use crate::model::parameters::System;
+use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::ImpactRecord;
-use crate::simulate::run::{EnergyAudit, FinalState, Run};
+use crate::simulate::run::{FinalState, Run};
 
 /// State at the end of a run.
 #[pyclass(name = "FinalState", module = "vibroimpact._core", frozen)]
@@ -124,13 +122,6 @@ run_methods! { PyRun {
         Ok((PyArray1::from_vec(py, flat).reshape([rows, width])?, interrupted))
     }
 
-    /// Energies and works in the kept window, by name; `None` after Ctrl-C.
-    fn energy_audit(&self, py: Python<'_>) -> PyResult<Option<BTreeMap<&'static str, f64>>> {
-        let (audit, _) =
-            interruptible::<_, ParameterError>(py, None, |cancel| Ok(self.0.energy_audit(cancel)))?;
-        Ok(audit.map(works))
-    }
-
     /// Everything but the arrays, as JSON with exact numbers.
     fn to_json(&self) -> PyResult<String> {
         serde_json::to_string(&self.0).map_err(|e| PyValueError::new_err(e.to_string()))
@@ -158,23 +149,6 @@ run_methods! { PyRun {
     }
 }}
 
-/// The numbers of an audit, by name.
-fn works(audit: EnergyAudit) -> BTreeMap<&'static str, f64> {
-    BTreeMap::from([
-        ("energy_start", audit.energy_start),
-        ("energy_end", audit.energy_end),
-        ("moment", audit.moment),
-        ("force", audit.force),
-        ("damping", audit.damping),
-        ("restitution", audit.restitution),
-        ("impact_friction", audit.impact_friction),
-        ("contact_friction", audit.contact_friction),
-        ("wall", audit.wall),
-        ("total", audit.total),
-        ("residual", audit.residual()),
-    ])
-}
-
 impl Crossing for System {
     fn wrapped(py: Python<'_>, run: Run) -> PyResult<Py<PyAny>> {
         Ok(Py::new(py, PyRun(run))?.into_any())
@@ -185,5 +159,22 @@ impl Crossing for System {
         rows: &[ImpactRecord],
     ) -> PyResult<Bound<'py, PyAny>> {
         arrays::records(py, rows)
+    }
+
+    fn works(run: &Run, cancel: &CancelToken) -> Option<Works> {
+        let audit = run.energy_audit(cancel)?;
+        Some(Works::from([
+            ("energy_start", audit.energy_start),
+            ("energy_end", audit.energy_end),
+            ("moment", audit.moment),
+            ("force", audit.force),
+            ("damping", audit.damping),
+            ("restitution", audit.restitution),
+            ("impact_friction", audit.impact_friction),
+            ("contact_friction", audit.contact_friction),
+            ("wall", audit.wall),
+            ("total", audit.total),
+            ("residual", audit.residual()),
+        ]))
     }
 }

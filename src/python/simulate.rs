@@ -305,6 +305,17 @@ macro_rules! run_methods {
                 $crate::python::period::PyPeriodReport::of(py, |cancel| self.0.period(cancel))
             }
 
+            /// Energies and works in the kept window, by name; `None` after Ctrl-C.
+            fn energy_audit(
+                &self,
+                py: Python<'_>,
+            ) -> PyResult<Option<$crate::python::errors::Works>> {
+                let audit = |cancel: &_| {
+                    Ok::<_, $crate::model::error::ParameterError>(Crossing::works(&self.0, cancel))
+                };
+                Ok($crate::python::cancel::interruptible(py, None, audit)?.0)
+            }
+
             /// Continue for further periods or time.
             #[pyo3(signature = (*, periods = None, time = None, keep = None, max_events = None))]
             fn resume(

@@ -7,11 +7,12 @@ use pyo3::types::PyDict;
 
 use super::arrays::to_vec;
 use super::cancel::interruptible;
-use super::errors::Crossing;
+use super::errors::{Crossing, Works};
 use super::simulate::{outside, run_methods};
 use super::structure::PyStructure;
 use super::structure_parts::tables;
 use crate::model::structure::{Structure, StructureState};
+use crate::numerics::cancel::CancelToken;
 use crate::simulate::run::{Run, StopImpactRecord};
 
 /// Result of a simulation of a structure, in its own (modal or given) coordinates.
@@ -51,6 +52,21 @@ impl Crossing for Structure {
         table.set_item("impulse_tangential", floats(|row| row.impulse_tangential))?;
         table.set_item("energy_loss", floats(|row| row.energy_loss))?;
         Ok(table.into_any())
+    }
+
+    fn works(run: &Run<Self>, cancel: &CancelToken) -> Option<Works> {
+        let audit = run.energy_audit(cancel)?;
+        Some(Works::from([
+            ("energy_start", audit.energy_start),
+            ("energy_end", audit.energy_end),
+            ("loads", audit.loads),
+            ("damping", audit.damping),
+            ("impacts", audit.impacts),
+            ("contact_friction", audit.contact_friction),
+            ("stops", audit.stops),
+            ("total", audit.total),
+            ("residual", audit.residual()),
+        ]))
     }
 }
 

@@ -61,6 +61,7 @@ def _results() -> dict[str, Any]:
         vi.NoMotionError("no 'multipliers'", "none"),
         moving_run(),
         moving_run().final_state,
+        moving_run().energy_audit(),
         orbit(),
         small_diagram(),
         spectrum(),
@@ -143,6 +144,7 @@ def test_what_is_compared_by_value_equals_its_copy(way):
         "Structure",
         "FinalState",
         "EnergyAudit",
+        "StructureEnergyAudit",
         "DiagramSettings",
         "Disagreement",
     ):

@@ -10,6 +10,7 @@ import pytest
 
 import vibroimpact as vi
 from ctrl_c import ctrl_c_at, ctrl_c_in
+from struck import REST, SETTLING
 from systems import ROUGH
 from test_orbits_interrupt import Count, settled
 from vibroimpact import _core, impact_maps
@@ -189,6 +190,13 @@ def test_ctrl_c_along_a_trajectory(forces, asks):
 
 def test_ctrl_c_while_works_are_added_up():
     run = vi.simulate(SYSTEM, initial=START, periods=500)
+    with ctrl_c_at(300) as caught:
+        run.energy_audit()
+    assert caught.value.result is run
+
+
+def test_ctrl_c_while_works_of_a_structure_are_added_up():
+    run = vi.simulate(SETTLING, initial=REST[1], periods=500)
     with ctrl_c_at(300) as caught:
         run.energy_audit()
     assert caught.value.result is run
