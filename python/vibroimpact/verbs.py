@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
+from functools import cache
 from typing import Any, Final, Literal
 
 Verb = Literal[
@@ -67,6 +68,7 @@ VERBS: Final[dict[Verb, str]] = {
 }
 
 
+@cache
 def verb(name: Verb) -> Callable[..., Any]:
     """Return the function behind a method of a result."""
     module, _, function = VERBS[name].partition(":")

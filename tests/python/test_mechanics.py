@@ -29,7 +29,7 @@ def system(request):
 
 
 def test_the_mechanics_are_those_of_a_system():
-    with pytest.raises(TypeError, match=r"abstract method '?to_dict"):
+    with pytest.raises(TypeError, match=r"abstract methods .*_starts"):
         Mechanics()
 
 
