@@ -908,6 +908,14 @@ class StructureSpectrum:
         """Impacts in it at each stop."""
 
     @property
+    def history_time(self) -> NDArray[np.float64]:
+        """Times since the measurement began."""
+
+    @property
+    def history(self) -> NDArray[np.float64]:
+        """The exponents up to each of these times, one row for each."""
+
+    @property
     def error(self) -> str | None:
         """Why the measurement ended early; None if it did not."""
 

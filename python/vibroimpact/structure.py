@@ -31,7 +31,7 @@ from .machine import Machine
 from .modal_basis import Matrices, ModalBasis
 from .showing import Facts, in_a_line
 from .stop import OF_STOPS, Stop, checked_stops, from_dicts, is_of_stops, with_changes
-from .structure_fields import checked_fields
+from .structure_fields import checked_fields, drive_of_pairs
 from .verbs import verb
 
 Array = NDArray[np.float64]
@@ -327,10 +327,7 @@ class Structure(Machine):
     @classmethod
     def _of_json(cls, fields: dict[str, Any]) -> dict[str, Any]:
         drive = fields.get("drive_amplitude")
-        if isinstance(drive, list) and all(isinstance(pair, list) for pair in drive):
-            pairs = matrix("drive_amplitude", drive, columns=2)
-            return {**fields, "drive_amplitude": pairs[:, 0] + 1j * pairs[:, 1]}
-        return fields
+        return fields if drive is None else {**fields, "drive_amplitude": drive_of_pairs(drive)}
 
     def _starts(self, initial: Any) -> Array:
         return starts(initial, self.coordinates)

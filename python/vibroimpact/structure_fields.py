@@ -24,6 +24,31 @@ CHOICES = {
 }
 
 
+def drive_of_pairs(given: Any) -> Any:
+    """Return a drive amplitude whose complex numbers are pairs, as text can hold them.
+
+    An entry is a number, or a pair of real and imaginary part. What is no list is left as it is.
+
+    Raises
+    ------
+    ParameterError
+        Names an entry that is neither.
+    """
+    if not isinstance(given, list) or not any(isinstance(entry, list) for entry in given):
+        return given
+    allowed = "a number, or a pair [real part, imaginary part]"
+    amplitude: list[complex] = []
+    for place, entry in enumerate(given):
+        pair = entry if isinstance(entry, list) else [entry, 0.0]
+        if len(pair) != 2 or not all(type(part) in (int, float) for part in pair):
+            reject(f"drive_amplitude[{place}]", entry, allowed)
+        try:
+            amplitude.append(complex(*pair))
+        except OverflowError:
+            reject(f"drive_amplitude[{place}]", entry, allowed)
+    return amplitude
+
+
 def checked_fields(given: Mapping[str, Any], *, count: int, modes: int) -> dict[str, Any]:
     """Return the fields of a structure with ``count`` physical coordinates and ``modes`` modes.
 

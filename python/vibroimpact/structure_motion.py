@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,10 @@ from .fixed_arrays import FixedArrays
 from .interruption import interruptible
 from .showing import Facts, Shown, in_a_line
 from .structure import Structure
+from .verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -101,6 +106,8 @@ class StructureSpectrum(FixedArrays, Shown):
         Time they are measured over: the last nine tenths of what was asked for.
     impacts
         Impacts at each stop in that time, without those that complete chatter skips.
+    history_time, history
+        Times since the measurement began, (h,), and the exponents up to them, (h, count).
     label
         Label of the motion.
     system
@@ -120,13 +127,40 @@ class StructureSpectrum(FixedArrays, Shown):
     error: Array
     time: float
     impacts: NDArray[np.int64]
+    history_time: Array
+    history: Array
     label: str
     system: Structure
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw the exponents over the time of their measurement, by ``vi.plot.lyapunov``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.lyapunov``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> spectrum.plot().get_ylabel()
+        'exponents up to $t$'
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     @property
     def per_period(self) -> Array:
         """The exponents per drive period, those of the stroboscopic map."""
         return self.exponents * self.system.drive_period
+
+    @property
+    def sum(self) -> float:
+        """Sum of the exponents: of all 2 N the mean rate of contraction of volumes."""
+        return float(self.exponents.sum())
 
     @property
     def largest(self) -> float:

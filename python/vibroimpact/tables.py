@@ -164,10 +164,10 @@ def frame(columns: Mapping[str, ArrayLike | Sequence[Any]]) -> pandas.DataFrame:
     except ImportError as error:
         needed = f"a data frame needs pandas: {install('pandas')}"
         raise ImportError(needed, name="pandas") from error
-    return pandas.DataFrame({name: _words(name, each) for name, each in _narrow(columns)})
+    return pandas.DataFrame({name: _words(name, each) for name, each in narrow(columns)})
 
 
-def _narrow(columns: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+def narrow(columns: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """Give the columns; one of several numbers in a row as one for each: q_0, q_1, ..."""
     for name, values in columns.items():
         if np.ndim(values) == 2:

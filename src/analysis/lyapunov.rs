@@ -26,7 +26,7 @@ use crate::simulate::run::Run;
 use crate::simulate::{Horizon, Job, Simulation, run_batch};
 
 /// Points of the history, at most.
-const HISTORY: usize = 200;
+pub(super) const HISTORY: usize = 200;
 /// Periods, or other steps, of which each is recorded by itself, at most; of more, several together.
 const MOST_RECORDED: u32 = 2 * HISTORY as u32;
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::lyapunov::standard_error;
+use super::lyapunov::{HISTORY, standard_error};
 use crate::analysis::tolerances::{
     ALIGNING_STEPS, ERROR_BLOCKS, LOST_LENGTH, MOST_CONTRACTION, MOST_CONTRACTION_STEPS,
     SHORTEST_MEASURED,
@@ -43,6 +43,10 @@ pub struct StructureSpectrum {
     pub time: f64,
     /// and the impacts in it at each stop; those left out in complete chatter are not counted.
     pub impacts: Vec<u64>,
+    /// Times since this measurement began, at most 200,
+    pub history_time: Vec<f64>,
+    /// and the exponents up to each of them, in the order of the final ones.
+    pub history: Vec<Vec<f64>>,
     /// Why it was not measured over all that was asked for, if it was not.
     pub error: Option<StructureTangentError>,
 }
@@ -240,22 +244,38 @@ fn spectrum(
     let measured = &ends[aligned.unwrap_or(ends.len() - 1)..];
     let (first, last) = (&measured[0], &measured[measured.len() - 1]);
     let time = last.time - first.time;
-    let mut found: Vec<(f64, f64)> = (0..count)
+    // Up to one of the ends.
+    let rate = |end: &End, i: usize| {
+        if end.grown[i] == f64::NEG_INFINITY {
+            return f64::NEG_INFINITY;
+        }
+        (end.grown[i] - first.grown[i]) / (end.time - first.time)
+    };
+    let mut found: Vec<(usize, f64, f64)> = (0..count)
         .map(|i| {
             if time == 0.0 {
-                return (f64::NAN, f64::NAN);
+                return (i, f64::NAN, f64::NAN);
             }
             if last.grown[i] == f64::NEG_INFINITY {
-                return (f64::NEG_INFINITY, 0.0);
+                return (i, f64::NEG_INFINITY, 0.0);
             }
             let rates: Vec<f64> =
                 measured.windows(2).map(|pair| pair[1].grown[i] - pair[0].grown[i]).collect();
             let error = standard_error(&rates, ERROR_BLOCKS) * rates.len() as f64 / time;
-            ((last.grown[i] - first.grown[i]) / time, error)
+            (i, rate(last, i), error)
         })
         .collect();
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
     let impacts = last.impacts.iter().zip(&first.impacts).map(|(last, first)| last - first);
-    let (exponents, errors) = found.into_iter().unzip();
-    StructureSpectrum { exponents, errors, time, impacts: impacts.collect(), error }
+    let stride = (measured.len() - 1).div_ceil(HISTORY).max(1);
+    let shown = || measured[1..].iter().skip(stride - 1).step_by(stride);
+    StructureSpectrum {
+        exponents: found.iter().map(|each| each.1).collect(),
+        errors: found.iter().map(|each| each.2).collect(),
+        time,
+        impacts: impacts.collect(),
+        history_time: shown().map(|end| end.time - first.time).collect(),
+        history: shown().map(|end| found.iter().map(|each| rate(end, each.0)).collect()).collect(),
+        error,
+    }
 }

@@ -123,6 +123,19 @@ impl PyStructureSpectrum {
         self.0.impacts.clone()
     }
 
+    /// Times since the measurement began.
+    #[getter]
+    fn history_time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.0.history_time)
+    }
+
+    /// The exponents up to each of these times, one row for each.
+    #[getter]
+    fn history<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let shape = [self.0.history.len(), self.0.exponents.len()];
+        PyArray1::from_vec(py, self.0.history.concat()).reshape(shape)
+    }
+
     /// Why the measurement ended early; None if it did not.
     #[getter]
     fn error(&self) -> Option<String> {

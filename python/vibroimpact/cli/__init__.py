@@ -26,11 +26,12 @@ from . import (
     options,
     orbits,
     simulate,
+    template,
 )
 from .exit_codes import ExitCode
 from .hints import check_words
 
-COMMANDS = (simulate, diagram, chart, orbits, basins, lyapunov, explore)
+COMMANDS = (template, simulate, diagram, chart, orbits, basins, lyapunov, explore)
 # Entry points of this group add the commands of other distributions: a module with a function
 # ``add(subparsers)``, which adds a parser and sets its default ``run`` to a function that takes the
 # parsed options and returns an exit code.
@@ -40,8 +41,9 @@ ELSEWHERE = dict.fromkeys(("reproduce", "claims", "bench"), "han-jin-hu-2004")
 _NEGATIVE_NUMBER = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 ABOUT = f"""\
 Oblique-impact vibration of two bodies: a pendulum whose tip strikes a
-spring-mounted mass (Han, Jin & Hu 2004, corrected). Each command has its own
---help: what it does, what the columns of its files mean, and an example.
+spring-mounted mass (Han, Jin & Hu 2004, corrected); and any linear structure
+with rigid stops. Each command has its own --help: what it does, what the
+columns of its files mean, and an example.
 
 {options.UNITS}"""
 MORE = f"""\
@@ -65,7 +67,9 @@ file, or both: flags win. The file of the examples, fig5b.toml:
 [run] may also hold time, max_events, chatter_tolerance, section_phase; each
 command takes what it has a use for. Instead of [system], a table [physical]
 takes SI units, by the names of vibroimpact.System.from_physical; with
---units SI the options and results of a command are in SI, too.
+--units SI the options and results of a command are in SI, too. A table
+[structure] describes any linear structure with rigid stops, by the names of
+vibroimpact.Structure: `vibroimpact template` prints an example with comments.
 
 {exit_codes.table()}"""
 

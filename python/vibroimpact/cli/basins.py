@@ -88,6 +88,7 @@ def add(subparsers: Any) -> None:
 def run(options: argparse.Namespace) -> ExitCode:
     """Fill the plane; after Ctrl-C write what is done, then raise Interrupted."""
     request = shared.Request.of(options)
+    request.need_two_bodies("basins")
     plane = shared.grid(options.vary, axes=2, names=COORDINATES)
     system = request.system()
     values = request.values(

@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ParameterError
 from ..sweeps import Diagram, bifurcation_diagram
+from ..sweeps.structure_diagram_results import StructureDiagram
 from . import cells, outputs
 from . import options as shared
 from .engine import HELP, add_engine, engine
@@ -31,16 +33,20 @@ columns of --csv, one row per kept impact:
   regime            frictionless, slip, reversal_approach, ...
   approach_velocity u just before the impact
   energy_loss       in M1 l^2 omega_2^2, or J
+and of a structure in place of x1, v1, v2: stop, its number from 0; q_0 ...,
+v_pre_0 ..., v_post_0 ...; and impulse_normal, impulse_tangential
 
 columns of --points, one row per value and branch:
   (parameter), branch    as above
 {cells.COLUMNS}
-  contact_fraction  part of the kept time in sustained contact
+  contact_fraction  part of the kept time in sustained contact (no column of
+                    structures)
   largest_exponent  with --exponents: per unit time
   exponent_error    its standard error
 
 figure: angle at impact, of a wall at rest the approach velocity, or --value;
-coloured by regime; and angle once per drive period.
+coloured by regime; and angle once per drive period. Of a structure approach
+velocity, coloured by stop, and q_0 once per drive period.
 
 {HELP}
 With --refine it holds one store for each level.
@@ -49,6 +55,13 @@ example, with the system file of vibroimpact --help:
   vibroimpact diagram --system fig5b.toml --friction 0.5 \\
       --vary drive-frequency 1.5 1.6 20 --refine 2 --csv section.csv \\
       --points points.csv --plot diagram.png"""
+
+# Columns of impacts.
+_OF_SYSTEMS = ("x1", "v1", "v2", "phase", "regime", "approach_velocity", "energy_loss")
+_OF_STRUCTURES = (
+    *("stop", "q", "v_pre", "v_post", "phase", "regime", "approach_velocity"),
+    *("impulse_normal", "impulse_tangential", "energy_loss"),
+)
 
 
 def add(subparsers: Any) -> None:
@@ -91,9 +104,9 @@ def add(subparsers: Any) -> None:
     ).add_argument("--points", metavar="FILE", help="write label and status of every value as CSV")
     command.add_argument(
         "--value",
-        choices=("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss"),
-        help="--plot: what of the impacts is drawn (default: x1, of a wall at rest "
-        "approach_velocity)",
+        metavar="COLUMN",
+        help="--plot: what of the impacts is drawn, a column of --csv (default: x1; of a wall at "
+        "rest, and of structures, approach_velocity)",
     )
     add_engine(command)
     command.set_defaults(run=run)
@@ -115,9 +128,15 @@ def run(options: argparse.Namespace) -> ExitCode:
             "refine",
         )
     )
+    if options.save:
+        request.need_two_bodies("--save")
     outputs.check(options)
-    if options.value is not None and options.plot is None:
-        raise ParameterError("--value goes with --plot only")
+    drawn: dict[str, Any] = {}
+    if options.value is not None:
+        if options.plot is None:
+            raise ParameterError("--value goes with --plot only")
+        known = request.impact_values
+        drawn = known[shared.chosen_name("--value", options.value, known)]
     values |= {
         "start": options.start,
         "labels": not options.no_labels,
@@ -135,7 +154,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.save:
         write(result.save, options.save)
     if options.plot:
-        write(_plot, result, options.plot, options.value, request.units)
+        write(_plot, result, options.plot, drawn, request.units)
     outputs.print_summary(cells.describe(result.status, result.label), options)
     write.end()
     if interrupted is not None:
@@ -143,32 +162,48 @@ def run(options: argparse.Namespace) -> ExitCode:
     return cells.exit_code(result.status)
 
 
-def _write_section(result: Diagram, path: str, units: str | None) -> None:
+def _write_section(result: Diagram | StructureDiagram, path: str, units: str | None) -> None:
+    columns: dict[str, NDArray[Any]]
     counts = np.diff(result.offset)
-    columns = {
-        **{name: getattr(result, name) for name in ("x1", "v1", "v2", "phase")},
-        "regime": outputs.regime_names(result.regime),
-        **{name: getattr(result, name) for name in ("approach_velocity", "energy_loss")},
-    }
-    first = {
-        result.parameter_name: result.impact_parameter,
-        "branch": np.repeat(result.branch, counts),
-    }
-    outputs.write_columns(path, first | cells.in_units(result, columns, units, counts))
+    if isinstance(result, StructureDiagram):
+        varied = {result.name: result.impact_values}
+        found = result.impacts
+        columns = {
+            name: found[name] for name in _OF_STRUCTURES if name in (found.dtype.names or ())
+        }
+    else:
+        varied = {result.parameter_name: result.impact_parameter}
+        columns = {name: getattr(result, name) for name in _OF_SYSTEMS}
+        columns = cells.in_units(result, columns, units, counts)
+    if "regime" in columns:
+        columns["regime"] = outputs.regime_names(columns["regime"])
+    owners = {"branch": np.repeat(result.branch, counts)}
+    outputs.write_columns(path, varied | owners | columns)
 
 
-def _write_points(result: Diagram, path: str, units: str | None) -> None:
-    names = ["branch", "label", "m", "n", "residual", "status", "contact_fraction"]
-    if "largest_exponent" in result.columns:
-        names += ["largest_exponent", "exponent_error"]
-    columns = cells.columns_of(result, names, units)
-    outputs.write_columns(path, {result.parameter_name: result.parameter, **columns})
+def _write_points(result: Diagram | StructureDiagram, path: str, units: str | None) -> None:
+    names = ["branch", "label", "m", "n", "residual", "status"]
+    if isinstance(result, StructureDiagram):
+        varied = {result.name: result.values}
+    else:
+        varied = {result.parameter_name: result.parameter}
+        names.append("contact_fraction")
+        if "largest_exponent" in result.columns:
+            names += ["largest_exponent", "exponent_error"]
+    outputs.write_columns(path, varied | cells.columns_of(result, names, units))
 
 
-def _plot(result: Diagram, path: Path, value: str | None, units: dict[str, Any]) -> None:
+def _plot(
+    result: Diagram | StructureDiagram, path: Path, drawn: dict[str, Any], units: dict[str, Any]
+) -> None:
     from .. import plot
 
     with outputs.figure(path, 7.1, 2.8) as figure:
         left, right = figure.subplots(1, 2)
-        plot.bifurcation(result, value=value, color="regime", ax=left, **units)
+        if isinstance(result, StructureDiagram):
+            place = drawn.get("coordinate", 0)
+            plot.structure_bifurcation(result, ax=left, **drawn)
+            plot.structure_bifurcation(result, section="stroboscopic", coordinate=place, ax=right)
+            return
+        plot.bifurcation(result, color="regime", ax=left, **drawn, **units)
         plot.bifurcation(result, section="stroboscopic", legend=False, ax=right, **units)

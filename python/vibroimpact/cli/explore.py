@@ -4,12 +4,12 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from .._core import PARAMETERS
 from ..explorer import explore
 from ..explorer.code import python_code
 from ..explorer.server import first_state
 from . import options as shared
 from .exit_codes import ExitCode
+from .machines import FLAGS
 
 ABOUT = f"""\
 Show a system on a live page in the browser: the machine in motion, its time
@@ -59,11 +59,12 @@ def run(options: argparse.Namespace) -> ExitCode:
     """Serve the page until Ctrl-C, or print its code."""
     if options.system is None:
         options.system = options.file
-    given = (getattr(options, name) for name in (*PARAMETERS, "contact", "law"))
+    given = (getattr(options, name) for name in (*FLAGS, "set"))
     some = options.system is not None or any(value is not None for value in given)
     system, initial = None, options.initial
     if some:
         request = shared.Request.of(options)
+        request.need_two_bodies("explore")
         system = request.system()
         initial = request.values(initial=None)["initial"]
     if options.code:

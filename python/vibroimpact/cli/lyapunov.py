@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..scales import Scales, chosen
+from ..structure_motion import StructureSpectrum
 from ..sweeps import LyapunovSpectrum, LyapunovSweep, lyapunov_spectrum
 from . import cells, outputs
 from . import options as shared
@@ -15,10 +16,11 @@ from .engine import FLAGS, HELP, add_engine, engine
 from .exit_codes import ExitCode
 
 ABOUT = f"""\
-The four Lyapunov exponents of the motion from --initial, per unit time with
-natural logarithm, each with its standard error; or, with --vary, of one motion
-for each value of a parameter. They are those of the state at fixed time, by
-exact derivatives through flights, impacts, chatter and contact.
+The four Lyapunov exponents of the motion from --initial, or the 2 N of a
+structure of N coordinates, per unit time with natural logarithm, each with its
+standard error; or, with --vary, of one motion for each value of a parameter.
+They are those of the state at fixed time, by exact derivatives through
+flights, impacts, chatter and contact.
 
 {shared.UNITS}
 {shared.SI}"""
@@ -35,7 +37,7 @@ exponent is positive; exit code 3 where a run stopped early.
 columns of the CSV of one motion, its convergence:
   time             since the measurement began
   exponent_1, ...  the exponents up to then
-and with --vary, one row per value:
+and with --vary, which structures do not have so far, one row per value:
   (parameter)      its value, under its name in Python
   exponent_1, ...  the four exponents
   error_1, ...     their standard errors
@@ -78,6 +80,12 @@ def add(subparsers: Any) -> None:
         metavar="K",
         help="measure over the last K periods (default: three quarters)",
     )
+    group.add_argument(
+        "--most",
+        type=shared.whole,
+        metavar="K",
+        help="of a structure, the largest K exponents (default: all)",
+    )
     shared.add_limits(group, section=False)
     outputs.add_outputs(command, "the convergence, or the spectra")
     add_engine(command)
@@ -93,16 +101,19 @@ def run(options: argparse.Namespace) -> ExitCode:
     swept = shared.grid(options.vary, axes=1, names=request.names) if options.vary else {}
     system = request.system(**{name: float(values[0]) for name, values in swept.items()})
     values = request.values(
-        "initial", "time", "max_events", "chatter_tolerance", own=("periods", "keep")
+        "initial", "time", "max_events", "chatter_tolerance", own=("periods", "keep", "most")
     )
     outputs.check(options)
     with engine(options) as computing:
         result, interrupted = outputs.partial_on_interrupt(
             lambda: lyapunov_spectrum(system, **values, **computing, **request.units, **swept)
         )
-    if isinstance(result, LyapunovSpectrum):
-        scales = chosen(options.units, result.system.scales)
-        columns, lines, code = _history(result, scales), _describe(result, scales), ExitCode.DONE
+    if isinstance(result, LyapunovSpectrum | StructureSpectrum):
+        scales = None
+        if isinstance(result, LyapunovSpectrum):
+            scales = chosen(options.units, result.system.scales)
+        columns, code = _history(result, scales), ExitCode.DONE
+        lines = _describe(result, scales, options.most is None)
     else:
         columns, lines = _spectra(result, options.units), _describe_all(result)
         code = cells.exit_code(result.status)
@@ -118,14 +129,16 @@ def run(options: argparse.Namespace) -> ExitCode:
     return code
 
 
-def _plot(result: LyapunovSpectrum | LyapunovSweep, path: Path) -> None:
+def _plot(result: LyapunovSpectrum | StructureSpectrum | LyapunovSweep, path: Path) -> None:
     from .. import plot
 
     with outputs.figure(path, 7.1, 3.4) as figure:
         plot.lyapunov(result, ax=figure.subplots())
 
 
-def _describe(result: LyapunovSpectrum, scales: Scales | None) -> list[tuple[str, str]]:
+def _describe(
+    result: LyapunovSpectrum | StructureSpectrum, scales: Scales | None, whole: bool
+) -> list[tuple[str, str]]:
     lines = [("label", result.label)]
     rate, unit = (1.0, 1.0) if scales is None else (scales.frequency, scales.time)
     pairs = zip(rate * result.exponents, rate * result.error, strict=True)
@@ -134,10 +147,12 @@ def _describe(result: LyapunovSpectrum, scales: Scales | None) -> list[tuple[str
             lines.append((f"exponent {number + 1}", "(wall at rest: no exponent)"))
             continue
         text = f"{value:.6g} +- {error:.1g}" if np.isfinite(value) else f"{value}"
-        flow = " (that of the flow)" if number == result.flow else ""
+        flow = " (that of the flow)" if number == getattr(result, "flow", None) else ""
         lines.append((f"exponent {number + 1}", text + flow))
-    lines.append(("sum", f"{rate * result.sum:.9g}"))
-    lines.append(("measured", f"time {unit * result.time:.6g}, {result.impacts} impacts"))
+    if whole:
+        lines.append(("sum", f"{rate * result.sum:.9g}"))
+    impacts = np.sum(result.impacts)
+    lines.append(("measured", f"time {unit * result.time:.6g}, {impacts} impacts"))
     return lines
 
 
@@ -147,7 +162,7 @@ def _describe_all(result: LyapunovSweep) -> list[tuple[str, str]]:
     return [*cells.statuses(result.status), ("exponent 1 > 0", text)]
 
 
-def _history(result: LyapunovSpectrum, scales: Scales | None) -> dict[str, Any]:
+def _history(result: LyapunovSpectrum | StructureSpectrum, scales: Scales | None) -> dict[str, Any]:
     rate, unit = (1.0, 1.0) if scales is None else (scales.frequency, scales.time)
     return {"time": unit * result.history_time} | _numbered("exponent", rate * result.history)
 

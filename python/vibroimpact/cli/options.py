@@ -13,14 +13,15 @@ import numpy as np
 from .._core import CHATTER_TOLERANCE, CONTACTS, LAWS, PARAMETERS, Parameter
 from ..arguments import close_to
 from ..errors import ParameterError
-from ..physical import QUANTITIES
-from ..system import System
+from ..structure_fields import CHOICES
+from .machines import FLAGS, DescribedStructure, DescribedSystem
 from .system_file import SystemFile, read
 
 UNITS = """\
 All quantities are dimensionless: time in 1/omega_2, length in the pendulum's
 length l, mass in M1, angles in radians (notation page). omega_2 is the
-natural frequency of body 2; a drive period is 2 pi/(drive frequency)."""
+natural frequency of body 2; a drive period is 2 pi/(drive frequency). A
+structure has the units of its file."""
 SI = """\
 
 With --units SI, for a system file with a table [physical], they are in SI:
@@ -29,7 +30,6 @@ rad, rad/s, m, m/s, times in s, and so is what is printed and written.
 Residuals and errors of states stay dimensionless."""
 
 HelpFormatter = functools.partial(argparse.RawDescriptionHelpFormatter, max_help_position=28)
-_NAMES = (*PARAMETERS, "contact", "law")
 _RANGE = ("NAME", "FIRST", "LAST", "COUNT")
 
 
@@ -69,19 +69,33 @@ def add_system(command: argparse.ArgumentParser, *, units: bool = True) -> None:
     """Add the system file, a flag for every parameter, and the initial state; and units."""
     group = command.add_argument_group("system", "from a file, from flags, or both: flags win")
     group.add_argument(
-        "--system", type=Path, metavar="FILE.toml", help="system file; see vibroimpact --help"
+        "--system",
+        type=Path,
+        metavar="FILE.toml",
+        help="system file, of a structure too; see vibroimpact --help; or the .json of to_json",
     )
     for name, parameter in PARAMETERS.items():
         group.add_argument(_flag(name), type=float, metavar="X", help=_explained(parameter))
     for name, what, choices in (("contact", "geometry", CONTACTS), ("law", "impact law", LAWS)):
         text = f"{what}: {', '.join(choices)} (default: {choices[0]})"
         group.add_argument(_flag(name), help=text)
+    rules = ", ".join(CHOICES["simultaneous"])
+    text = f"of a structure, stops met at one instant: {rules} (default: stop)"
+    group.add_argument("--simultaneous", metavar="RULE", help=text)
+    group.add_argument(
+        "--set",
+        nargs=2,
+        action="append",
+        metavar=("NAME", "X"),
+        help="a number by the name that --vary has for it, e.g. gap-0 0.3 of a structure",
+    )
     group.add_argument(
         "--initial",
         type=float,
-        nargs=4,
-        metavar=("X1", "V1", "X2", "V2"),
-        help="state at t = 0: angle, its rate, displacement, its rate",
+        nargs="+",
+        metavar="X",
+        help="state at t = 0: X1 V1 X2 V2, angle, its rate, displacement, its rate; of a "
+        "structure all coordinates, then all velocities",
     )
     if units:
         group.add_argument(
@@ -208,22 +222,33 @@ class Request:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What can be varied: parameters, or quantities in SI."""
-        return QUANTITIES if self.units else tuple(PARAMETERS)
+        """What can be varied: parameters, numbers of a structure, or quantities in SI."""
+        return self.file.machine.names(self.units)
 
-    def system(self, **unless_given: float) -> System:
-        """Return the system; `unless_given` are values for parameters that vary anyway."""
-        flags = {name: getattr(self.options, name) for name in _NAMES}
+    @property
+    def impact_values(self) -> dict[str, dict[str, Any]]:
+        """The columns of impacts that a figure can show, as it is asked for them."""
+        return self.file.machine.impact_values()
+
+    def need_two_bodies(self, what: str) -> None:
+        """Refuse a structure where ``what`` knows systems of two bodies only."""
+        machine = self.file.machine
+        if isinstance(machine, DescribedStructure):
+            raise ParameterError(f"{what} is not for structures; allowed: {DescribedSystem.what}")
+
+    def system(self, **unless_given: float) -> Any:
+        """Return the System or Structure; `unless_given` are values for what varies anyway."""
+        flags = {name: getattr(self.options, name) for name in FLAGS}
         flags = {name: value for name, value in flags.items() if value is not None}
-        if self.file.physical is not None:
-            words = {name: flags.pop(name) for name in ("contact", "law") if name in flags}
-            return self.file.physical.replace(**words).replace(**flags, **self.units)
-        if self.units:
-            raise ParameterError(
-                "--units SI is not allowed here; allowed: with a system file that has a table "
-                "[physical], quantities in SI"
-            )
-        return System.from_dict(unless_given | self.file.fields | flags)
+        for word, text in self.options.set or ():
+            name = chosen_name("--set", word, self.names)
+            if name in flags:
+                raise ParameterError(f"--set {word}: given twice")
+            try:
+                flags[name] = float(text)
+            except ValueError as error:
+                raise ParameterError(f"--set {word} {text}: {error}") from error
+        return self.file.machine.machine(flags, unless_given, self.units)
 
     def values(self, *names: str, own: Collection[str] = (), **defaults: Any) -> dict[str, Any]:
         """Return the options of a run by name, without those that are not given.
@@ -231,13 +256,16 @@ class Request:
         `names` have no default here; `defaults` gives defaults by name. The options in `own` are
         read from flags only, because in [run] the same name has another meaning.
         """
+        machine = self.file.machine
         flags = {name: value for name, value in vars(self.options).items() if value is not None}
+        if "initial" in flags:
+            flags["initial"] = machine.start(flags["initial"])
         found = defaults | {name: self.file.run[name] for name in self._from_file()} | flags
         values = {name: found[name] for name in (*names, *defaults) if name in found}
         if "initial" in names and "initial" not in values:
             raise ParameterError(
-                "initial is missing: give --initial X1 V1 X2 V2, or initial = [x1, v1, x2, v2] "
-                "in the table [run] of the system file"
+                f"initial is missing: give {machine.how_to_start} in the table [run] of the "
+                "system file"
             )
         return values | {name: flags[name] for name in own if name in flags}
 

@@ -18,6 +18,7 @@ from ..run import Run
 from ..scales import Units
 from ..simulation import simulate
 from ..single_impact import periodic_motions
+from ..structure_motion import StructureOrbit
 from ..system import System
 from . import motion_table as table
 from . import options as shared
@@ -34,6 +35,7 @@ and the verdict whether it is one. Which ones:
   --follow NAME FIRST LAST
                   the motion settled on, followed over a parameter, with its
                   bifurcations
+Of a structure the first.
 
 {shared.UNITS}
 {shared.SI}"""
@@ -133,6 +135,8 @@ def run(options: argparse.Namespace) -> ExitCode:
         if getattr(options, name) is not None and way != wanted:
             raise ParameterError(f"--{name.replace('_', '-')} goes with --{wanted} only")
     request = shared.Request.of(options)
+    if way is not None:
+        request.need_two_bodies(f"--{way}")
     system = request.system()
     if system.drive_frequency == 0:
         raise ParameterError(
@@ -184,7 +188,7 @@ def _settled(request: shared.Request, system: System) -> ExitCode:
     return _write(request.options, [motion])
 
 
-def _motion(request: shared.Request, system: System) -> PeriodicMotion | NotFound:
+def _motion(request: shared.Request, system: System) -> Any:
     settled: Run = simulate(system, **request.values("initial", periods=600), **request.units)
     return settled.refine()
 
@@ -222,42 +226,59 @@ def _follow(request: shared.Request, system: System) -> ExitCode:
 
 def _write(
     options: argparse.Namespace,
-    motions: Sequence[PeriodicMotion],
+    motions: Sequence[PeriodicMotion | StructureOrbit],
     shares: Sequence[float] | None = None,
 ) -> ExitCode:
     """Write and print motions, with their shares of the starts if there are any."""
-    share_name = [] if shares is None else ["share"]
-    share_of = [[]] * len(motions) if shares is None else [[share] for share in shares]
+    share_of: list[dict[str, float]] = [{}] * len(motions)
+    if shares is not None:
+        share_of = [{"share": share} for share in shares]
+    heads = {} if shares is None else {"share": ""}
     write = outputs.Writing()
     if options.csv:
-        rows = (
-            [*share, *table.csv_row(motion, options.units)]
+        rows = [
+            share | table.csv_row(motion, options.units)
             for share, motion in zip(share_of, motions, strict=True)
-        )
-        write(outputs.write_csv, options.csv, [*share_name, *table.CSV_NAMES], rows)
+        ]
+        names = [*(rows[0] if rows else (*heads, *table.CSV_NAMES))]
+        write(outputs.write_csv, options.csv, names, (row.values() for row in rows))
     if options.plot and motions:
         write(_plot, motions, options.plot, options.units)
     printed = [
-        [*(f"{part:.4g}" for part in share), *table.printed_row(motion, options.units)]
+        {name: f"{part:.4g}" for name, part in share.items()}
+        | table.printed_row(motion, options.units)
         for share, motion in zip(share_of, motions, strict=True)
     ]
-    heads = [*share_name, *table.PRINTED_NAMES]
-    outputs.print_table([heads, *printed], outputs.summary_stream(options))
+    names = [*(printed[0] if printed else (*heads, *table.PRINTED_NAMES))]
+    outputs.print_table(
+        [names, *([*row.values()] for row in printed)], outputs.summary_stream(options)
+    )
     write.end()
     return ExitCode.INCOMPLETE if options.plot and not motions else ExitCode.DONE
 
 
-def _plot(motions: Sequence[PeriodicMotion], path: Path, units: Units | None) -> None:
+def _plot(motions: Sequence[Any], path: Path, units: Units | None) -> None:
     from .. import plot
 
     drawn = table.shown(motions, MOST_DRAWN)
     if len(drawn) < len(motions):
         print(f"{path} shows {len(drawn)} of {len(motions)} motions", file=sys.stderr)
+    if isinstance(drawn[0], StructureOrbit):
+        _plot_structures(drawn, path)
+        return
     with outputs.figure(path, 7.1, 2.4 * len(drawn)) as figure:
         for motion, row in zip(drawn, np.atleast_2d(figure.subplots(len(drawn), 3)), strict=True):
             plot.orbit(motion, legend=False, axes=row, units=units)
             row[0].set_title(f"{motion.label}, {table.verdict(motion)}", loc="left")
             row[2].set_title("", loc="left")
+
+
+def _plot_structures(motions: Sequence[StructureOrbit], path: Path) -> None:
+    with outputs.figure(path, 7.1, 2.6 * len(motions)) as figure:
+        for motion, ax in zip(motions, np.ravel(figure.subplots(len(motions))), strict=True):
+            run = simulate(motion.system, initial=motion.state, periods=motion.m)
+            run.plot(ax=ax, window=(0.0, run.final_state.time))
+            ax.set_title(f"{motion.label}, {motion.stability}", loc="right")
 
 
 def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
@@ -271,7 +292,7 @@ def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
         )
         special = ((found.kind, found.value, found.motion) for found in branch.bifurcations)
         rows = (
-            [kind, value, *table.csv_row(motion, options.units)]
+            [kind, value, *table.csv_row(motion, options.units).values()]
             for kind, value, motion in itertools.chain(points, special)
         )
         write(outputs.write_csv, options.csv, ["kind", branch.parameter, *table.CSV_NAMES], rows)

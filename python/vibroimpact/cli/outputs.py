@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from .._core import Regime
 from ..errors import ClusterError, Interrupted, ParameterError
+from ..tables import narrow
 from ..whole_file import is_special, whole_file
 
 if TYPE_CHECKING:
@@ -118,8 +119,9 @@ def write_csv(path: str, names: Sequence[str], rows: Iterable[Sequence[Any]]) ->
 
 
 def write_columns(path: str, columns: Mapping[str, NDArray[Any]]) -> None:
-    """Write columns of one length, given by name."""
-    write_csv(path, [*columns], _rows([*columns.values()]))
+    """Write columns of one length, given by name; q of several coordinates as q_0, q_1, ..."""
+    flat = dict(narrow(columns))
+    write_csv(path, [*flat], _rows([*flat.values()]))
 
 
 def _rows(columns: Sequence[NDArray[Any]]) -> Iterator[tuple[Any, ...]]:

@@ -8,8 +8,11 @@ from ..arguments import count
 from ..errors import ParameterError
 from ..run import Run
 from ..run_in_si import RunInSI
+from ..run_parts import FinalState
 from ..run_record import impacts_in_words
 from ..simulation import simulate
+from ..structure_run import StructureRun
+from ..structure_run_parts import StructureState
 from ..verification import verify
 from ..verification.call import MOST_ASKED, need_flint
 from . import options as shared
@@ -34,7 +37,8 @@ printed:
             infinitely many more
   contact   part of the kept time in sustained contact, if there is any
   stopped   completed, or why the run stopped earlier (exit code 3)
-  state     x1, v1, x2, v2 at the end, as --initial takes them, and when
+  state     x1, v1, x2, v2 at the end, or q and v of a structure, as --initial
+            takes them, and when
   verified  with --verify: up to which impact the digits asked for are
             right; exit code 3 if not all are
 
@@ -48,12 +52,18 @@ columns of the CSV, one row per kept impact:
   regime                         frictionless, slip, reversal_approach, ...
   impulse_normal, impulse_tangential     in M1 l omega_2, or N s
   energy_loss                    in M1 l^2 omega_2^2, or J
+and of a structure in place of x1 to v2_post, all in its own units:
+  stop                           number of the stop, from 0
+  q_0 ..., v_pre_0 ..., v_post_0 ...     coordinates; velocities before, after
 
 example:
   vibroimpact simulate --mass-ratio 0.6 --frequency-ratio 2 \\
       --restitution 0.8 --gap 0.5 --moment-amplitude 1 \\
       --drive-frequency 1.8 --initial 0 0.5 0 0 --periods 600 --keep 100 \\
-      --csv impacts.csv --plot motion.pdf"""
+      --csv impacts.csv --plot motion.pdf
+
+and of a structure: vibroimpact template --out rig.toml, then
+  vibroimpact simulate --system rig.toml --gap 0.25 --set gap-1 0.5"""
 
 
 def add(subparsers: Any) -> None:
@@ -121,13 +131,15 @@ def run(options: argparse.Namespace) -> ExitCode:
     return ExitCode.DONE if complete else ExitCode.INCOMPLETE
 
 
-def _write_csv(result: Run | RunInSI, path: str) -> None:
+def _write_csv(result: Run | StructureRun | RunInSI, path: str) -> None:
     impacts = result.impacts
     columns = {name: impacts[name] for name in impacts.dtype.names or ()}
     outputs.write_columns(path, columns | {"regime": outputs.regime_names(impacts["regime"])})
 
 
-def _describe(result: Run, shown: Run | RunInSI) -> list[tuple[str, str]]:
+def _describe(
+    result: Run | StructureRun, shown: Run | StructureRun | RunInSI
+) -> list[tuple[str, str]]:
     period, end = result.period, shown.final_state
     lines = [("label", result.label)]
     if period.m is not None:
@@ -137,15 +149,23 @@ def _describe(result: Run, shown: Run | RunInSI) -> list[tuple[str, str]]:
     if shown.time_in_contact:
         lines.append(("contact", f"{shown.time_in_contact:.6g} of the kept time"))
     lines.append(("stopped", result.stop_reason))
-    state = ", ".join(f"{name} = {getattr(end, name)!r}" for name in ("x1", "v1", "x2", "v2"))
-    lines.append(("state", f"{state} at t = {end.time!r}"))
+    lines.append(("state", f"{_in_words(end)} at t = {end.time!r}"))
     return lines
 
 
-def _plot(result: Run, path: Path, units: dict[str, Any]) -> None:
+def _in_words(end: FinalState | StructureState) -> str:
+    if isinstance(end, StructureState):
+        return f"q = {end.q.tolist()}, v = {end.v.tolist()}"
+    return ", ".join(f"{name} = {getattr(end, name)!r}" for name in ("x1", "v1", "x2", "v2"))
+
+
+def _plot(result: Run | StructureRun, path: Path, units: dict[str, Any]) -> None:
     from .. import plot
 
     with outputs.figure(path, 7.1, 2.6) as figure:
+        if isinstance(result, StructureRun):
+            result.plot(ax=figure.subplots())
+            return
         left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
         plot.time_history(result, color="regime", ax=left, **units)
         plot.phase_portrait(result, color="regime", ax=right, **units)

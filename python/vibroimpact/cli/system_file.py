@@ -1,11 +1,15 @@
-"""System files: the parameters of a system, and how long to run it, as TOML.
+"""System files: the parameters of a machine, and how long to run it, as TOML.
 
 [system]       names of vibroimpact.System, with `damping` for both ratios; or
-[physical]     those of System.from_physical, in SI units
+[physical]     those of System.from_physical, in SI units; or
+[structure]    those of vibroimpact.Structure, or of Structure.from_modes
 [run]          what the commands share; flags come before it
+
+A file that ends in .json is what `to_json` of a System or a Structure gives.
 """
 
 import inspect
+import json
 import re
 import sys
 import tomllib
@@ -17,7 +21,11 @@ from typing import Any
 
 from ..arguments import close_to
 from ..errors import ParameterError
+from ..stop import Stop
+from ..structure import Structure
+from ..structure_fields import drive_of_pairs
 from ..system import System
+from .machines import DescribedStructure, DescribedSystem, Description, naming_the_file
 
 RUN_KEYS = (
     "initial",
@@ -34,22 +42,24 @@ _TOML_WORDS = ("true", "false", "inf", "nan")
 _DAMPING = ("pendulum_damping", "oscillator_damping")
 
 
+MACHINES = ("system", "physical", "structure")
+# Keys that say that a structure is given by its modes.
+_MODAL = ("frequencies", "shapes", "modal_mass")
+
+
 @dataclass(frozen=True)
 class SystemFile:
     """What a system file holds.
 
     Attributes
     ----------
-    fields
-        Fields of System by name, perhaps not all.
-    physical
-        The system of a [physical] table, else None.
+    machine
+        The machine that it describes; what flags describe where there is no file.
     run
         The [run] table.
     """
 
-    fields: dict[str, Any] = field(default_factory=dict)
-    physical: System | None = None
+    machine: Description = field(default_factory=DescribedSystem)
     run: dict[str, Any] = field(default_factory=dict)
 
 
@@ -59,35 +69,82 @@ def read(path: Path) -> SystemFile:
     Raises
     ------
     ParameterError
-        If it cannot be read or is not TOML, or a table or key is unknown or missing; names what is
-        allowed.
+        If it cannot be read or is neither TOML nor JSON, or a table or key is unknown or missing;
+        names what is allowed.
     """
+    json_kind = path.suffix.lower() == ".json"
     text = ""
     try:
         text = path.read_text(encoding="utf-8")
-        tables = tomllib.loads(text)
+        tables = json.loads(text) if json_kind else tomllib.loads(text)
     except OSError as error:
         raise ParameterError(f"--system {path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ParameterError(f"{path}: not a TOML file: {error}{_unquoted(text)}") from error
-    _check_names(f"{path}", tables, ("system", "physical", "run"))
+    except (ValueError, RecursionError) as error:
+        hint = "" if json_kind else _unquoted(text)
+        kind = "JSON" if json_kind else "TOML"
+        raise ParameterError(f"{path}: not a {kind} file: {error}{hint}") from error
+    if json_kind:
+        return SystemFile(_of_json(path, tables))
+    _check_names(f"{path}", tables, (*MACHINES, "run"))
     for name, table in tables.items():
         if not isinstance(table, dict):
             raise ParameterError(f"{path}: {name} = {table!r} is not allowed; allowed: a table")
-    if "system" in tables and "physical" in tables:
-        raise ParameterError(f"{path}: give one of the tables [system] and [physical], not both")
+    given = [name for name in MACHINES if name in tables]
+    if len(given) > 1:
+        both = " and ".join(f"[{name}]" for name in given)
+        raise ParameterError(f"{path}: give one of the tables {both}, not both")
     run = tables.get("run", {})
     _check_names(f"{path}, [run]", run, RUN_KEYS)
-    if "physical" in tables:
-        physical = tables["physical"]
-        _check_names(f"{path}, [physical]", physical, _keywords(System.from_physical))
-        missing = _required(System.from_physical) - set(physical)
-        if missing:
-            raise ParameterError(f"{path}, [physical]: missing: {', '.join(sorted(missing))}")
-        return SystemFile(physical=_machine(path, physical), run=run)
-    fields = tables.get("system", {})
+    kinds = {"system": _system, "physical": _physical, "structure": _structure}
+    name = given[0] if given else "system"
+    return SystemFile(kinds[name](path, tables.get(name, {})), run)
+
+
+def _of_json(path: Path, fields: Any) -> Description:
+    if not isinstance(fields, dict):
+        raise ParameterError(f"{path} is not allowed; allowed: an object as to_json writes it")
+    if "stops" in fields:
+        return _structure(path, fields)
+    _check_names(f"{path}", fields, _keywords(System))
+    with naming_the_file(f"{path}"):
+        return DescribedSystem(made=System.from_dict(fields))
+
+
+def _system(path: Path, fields: dict[str, Any]) -> Description:
     _check_names(f"{path}, [system]", fields, _keywords(System))
-    return SystemFile(fields=_without_shorthand(path, fields), run=run)
+    return DescribedSystem(_without_shorthand(path, fields))
+
+
+def _physical(path: Path, quantities: dict[str, Any]) -> Description:
+    _check_names(f"{path}, [physical]", quantities, _keywords(System.from_physical))
+    missing = _required(System.from_physical) - set(quantities)
+    if missing:
+        raise ParameterError(f"{path}, [physical]: missing: {', '.join(sorted(missing))}")
+    return DescribedSystem(made=_machine(path, quantities))
+
+
+def _structure(path: Path, table: dict[str, Any]) -> Description:
+    where = f"{path}, [structure]"
+    modal = not table.keys().isdisjoint(_MODAL)
+    maker = Structure.from_modes if modal else Structure
+    known = _keywords(maker)
+    _check_names(where, table, known if modal else (*known, *_MODAL))
+    missing = _required(maker) - set(table)
+    if missing:
+        raise ParameterError(f"{where}: missing: {', '.join(sorted(missing))}")
+    stops = table["stops"]
+    if not isinstance(stops, list) or not all(isinstance(stop, dict) for stop in stops):
+        raise ParameterError(
+            f"{where}: stops = {stops!r} is not allowed; allowed: a table [[structure.stops]] for "
+            "each stop, or stops = []"
+        )
+    for place, stop in enumerate(stops):
+        _check_names(f"{where}, stops[{place}]", stop, _keywords(Stop))
+    fields = dict(table)
+    if "drive_amplitude" in fields:
+        with naming_the_file(where):
+            fields["drive_amplitude"] = drive_of_pairs(fields["drive_amplitude"])
+    return DescribedStructure(fields, path)
 
 
 def _machine(path: Path, quantities: dict[str, Any]) -> System:

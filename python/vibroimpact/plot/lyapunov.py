@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from ..arguments import naming, reject
+from ..structure_motion import StructureSpectrum
 from ..sweeps import Diagram, GridResult, LyapunovSpectrum, LyapunovSweep
 from .diagram import branch_color, branch_names
 from .mesh import strip
@@ -24,17 +25,23 @@ Array = NDArray[np.float64]
 _COLORS = (VERMILLION, BLACK, BLUE, GREEN)
 _DASHES = ("-", "-", (0.0, (5.0, 1.5)), (0.0, (1.5, 1.2)))
 _SYMBOLS = tuple(rf"$\lambda_{k}$" for k in (1, 2, 3, 4))
+# Exponents of a structure that are drawn and named, of more than these.
+_MOST = 12
 _BAND = 0.25
 _RUG_HEIGHT = 0.03
 
 
 @naming
 def lyapunov(
-    result: LyapunovSpectrum | GridResult, *, legend: bool = True, ax: Axes | None = None
+    result: LyapunovSpectrum | StructureSpectrum | GridResult,
+    *,
+    legend: bool = True,
+    ax: Axes | None = None,
 ) -> Axes:
     r"""Draw Lyapunov exponents over the time of their measurement, or over a parameter.
 
-    Of one motion: the four exponents as they were after each time. The bands reach from the final
+    Of one motion: the exponents as they were after each time, of a structure at most the largest
+    twelve. The bands reach from the final
     values one standard error to either side, as it would be after that time: the error of a mean
     falls as t^(-1/2).
 
@@ -44,7 +51,7 @@ def lyapunov(
 
     Parameters
     ----------
-    result : LyapunovSpectrum, LyapunovSweep, Diagram or Sweep
+    result : LyapunovSpectrum, StructureSpectrum, LyapunovSweep, Diagram or Sweep
         Result of `vibroimpact.lyapunov_spectrum`, or of a diagram or a sweep over one parameter
         with ``exponents=True``.
     legend : bool
@@ -70,7 +77,7 @@ def lyapunov(
     >>> vi.plot.lyapunov(spectrum).get_xlabel()
     '$t$ since the measurement began'
     """
-    if isinstance(result, LyapunovSpectrum):
+    if isinstance(result, LyapunovSpectrum | StructureSpectrum):
         ax = new_axes(ax)
         _convergence(ax, result)
     else:
@@ -88,17 +95,21 @@ def lyapunov(
     return ax
 
 
-def _convergence(ax: Axes, spectrum: LyapunovSpectrum) -> None:
-    for k in range(4):
+def _convergence(ax: Axes, spectrum: LyapunovSpectrum | StructureSpectrum) -> None:
+    flow = spectrum.flow if isinstance(spectrum, LyapunovSpectrum) else None
+    for k in range(min(len(spectrum.exponents), _MOST)):
+        again, hue = divmod(k, len(_COLORS))
+        color, dashes = _COLORS[hue], _DASHES[(hue + again) % len(_DASHES)]
         value, error = float(spectrum.exponents[k]), float(spectrum.error[k])
-        text = _SYMBOLS[k] + (" (of the flow)" if k == spectrum.flow else "")
+        number = f"{k + 1}" if k < 9 else f"{{{k + 1}}}"
+        text = rf"$\lambda_{number}$" + (" (of the flow)" if k == flow else "")
         if np.isfinite(value):
             half = error * np.sqrt(spectrum.time / spectrum.history_time)
             ax.fill_between(
                 spectrum.history_time,
                 value - half,
                 value + half,
-                color=_COLORS[k],
+                color=color,
                 alpha=_BAND,
                 lw=0.0,
             )
@@ -109,8 +120,8 @@ def _convergence(ax: Axes, spectrum: LyapunovSpectrum) -> None:
         ax.plot(
             spectrum.history_time,
             np.where(np.isfinite(spectrum.history[:, k]), spectrum.history[:, k], np.nan),
-            color=_COLORS[k],
-            ls=_DASHES[k],
+            color=color,
+            ls=dashes,
             lw=1.0,
             label=text,
         )

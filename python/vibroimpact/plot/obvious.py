@@ -19,6 +19,7 @@ from ..orbits import (
 )
 from ..run import Run
 from ..single_impact import MotionMap, PeriodicMotions
+from ..structure_motion import StructureSpectrum
 from ..structure_run import StructureRun
 from ..sweeps import Attractor, Basins, Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
 from ..sweeps.structure_diagram_results import StructureDiagram
@@ -72,6 +73,7 @@ _FUNCTIONS: dict[type, Callable[..., Any]] = {
     StabilityRegion: bifurcation_curves,
     UnstableManifold: manifold,
     StructureDiagram: structure_bifurcation,
+    StructureSpectrum: lyapunov,
     Verification: verification,
 }
 for _kind, _function in _FUNCTIONS.items():

@@ -71,6 +71,8 @@ def structure_spectrum(
         error=read_only(found.errors),
         time=found.time,
         impacts=read_only(np.array(found.impacts, np.int64)),
+        history_time=read_only(found.history_time),
+        history=read_only(found.history),
         label=run.label,
         system=structure,
     )
