@@ -244,6 +244,7 @@ def options_are_known(words: list[str], module: str) -> None:
 LINES: dict[str, tuple[Callable[[list[str]], None], str]] = {
     "vibroimpact --help": (run, ""),
     "vibroimpact claims ": (run, ""),
+    "vibroimpact template ": (run, ""),
     "vibroimpact bench": (parse, "measures for seconds; reproduction/tests/test_bench.py runs it"),
     "vibroimpact reproduce ": (
         parse,

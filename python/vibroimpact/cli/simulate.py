@@ -62,7 +62,8 @@ example:
       --drive-frequency 1.8 --initial 0 0.5 0 0 --periods 600 --keep 100 \\
       --csv impacts.csv --plot motion.pdf
 
-and of a structure: vibroimpact template --out rig.toml, then
+and of a structure:
+  vibroimpact template --out rig.toml
   vibroimpact simulate --system rig.toml --gap 0.25 --set gap-1 0.5"""
 
 
