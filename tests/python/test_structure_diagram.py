@@ -115,3 +115,20 @@ def test_the_exponents_of_a_motion_are_those_of_its_multipliers():
     first = vi.lyapunov_spectrum(SETTLING, initial=REST[1], periods=400, keep=200, most=1)
     assert first.exponents.shape == (1,)
     assert settled_run().label == spectrum().label
+
+
+def test_exponents_come_with_their_convergence():
+    found = vi.lyapunov_spectrum(SETTLING, initial=REST[1], periods=1000, keep=900)
+    steps = np.diff(found.history_time)
+    # 810 periods are measured, and shown in steps of five.
+    assert found.history.shape == (162, 2)
+    assert np.allclose(steps, 5 * SETTLING.drive_period, rtol=1e-12)
+    assert found.history_time[-1] == found.time
+    assert found.history[-1].tolist() == found.exponents.tolist()
+    # The volume shrinks alike in every period.
+    decays = found.history.sum(axis=1)
+    assert np.allclose(decays, found.sum, rtol=1e-9)
+    ax = found.plot()
+    lines = [line for line in ax.lines if len(line.get_xdata()) == 162]
+    for k in range(2):
+        assert np.array_equal(lines[k].get_ydata(), found.history[:, k])
