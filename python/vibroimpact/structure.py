@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .arguments import (
     close_to,
-    matrix,
     naming,
     reject,
     starts,

@@ -8,18 +8,18 @@
 A file that ends in .json is what `to_json` of a System or a Structure gives.
 """
 
-import inspect
 import json
 import re
 import sys
 import tomllib
 import warnings
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ..arguments import close_to
+from ..by_value import arguments_of
 from ..errors import ParameterError
 from ..stop import Stop
 from ..structure import Structure
@@ -105,21 +105,21 @@ def _of_json(path: Path, fields: Any) -> Description:
         raise ParameterError(f"{path} is not allowed; allowed: an object as to_json writes it")
     if "stops" in fields:
         return _structure(path, fields)
-    _check_names(f"{path}", fields, _keywords(System))
+    _check_names(f"{path}", fields, arguments_of(System)[0])
     with naming_the_file(f"{path}"):
         return DescribedSystem(made=System.from_dict(fields))
 
 
 def _system(path: Path, fields: dict[str, Any]) -> Description:
-    _check_names(f"{path}, [system]", fields, _keywords(System))
+    _check_names(f"{path}, [system]", fields, arguments_of(System)[0])
     return DescribedSystem(_without_shorthand(path, fields))
 
 
 def _physical(path: Path, quantities: dict[str, Any]) -> Description:
-    _check_names(f"{path}, [physical]", quantities, _keywords(System.from_physical))
-    missing = _required(System.from_physical) - set(quantities)
-    if missing:
-        raise ParameterError(f"{path}, [physical]: missing: {', '.join(sorted(missing))}")
+    where = f"{path}, [physical]"
+    names, needed = arguments_of(System.from_physical)
+    _check_names(where, quantities, names)
+    _check_missing(where, quantities, needed)
     return DescribedSystem(made=_machine(path, quantities))
 
 
@@ -127,11 +127,9 @@ def _structure(path: Path, table: dict[str, Any]) -> Description:
     where = f"{path}, [structure]"
     modal = not table.keys().isdisjoint(_MODAL)
     maker = Structure.from_modes if modal else Structure
-    known = _keywords(maker)
-    _check_names(where, table, known if modal else (*known, *_MODAL))
-    missing = _required(maker) - set(table)
-    if missing:
-        raise ParameterError(f"{where}: missing: {', '.join(sorted(missing))}")
+    names, needed = arguments_of(maker)
+    _check_names(where, table, names if modal else (*names, *_MODAL))
+    _check_missing(where, table, needed)
     stops = table["stops"]
     if not isinstance(stops, list) or not all(isinstance(stop, dict) for stop in stops):
         raise ParameterError(
@@ -139,7 +137,7 @@ def _structure(path: Path, table: dict[str, Any]) -> Description:
             "each stop, or stops = []"
         )
     for place, stop in enumerate(stops):
-        _check_names(f"{where}, stops[{place}]", stop, _keywords(Stop))
+        _check_names(f"{where}, stops[{place}]", stop, arguments_of(Stop)[0])
     fields = dict(table)
     if "drive_amplitude" in fields:
         with naming_the_file(where):
@@ -174,13 +172,10 @@ def _check_names(where: str, table: dict[str, Any], allowed: Collection[str]) ->
         )
 
 
-def _keywords(function: Callable[..., Any]) -> tuple[str, ...]:
-    return tuple(inspect.signature(function).parameters)
-
-
-def _required(function: Callable[..., Any]) -> set[str]:
-    parameters = inspect.signature(function).parameters.items()
-    return {name for name, item in parameters if item.default is inspect.Parameter.empty}
+def _check_missing(where: str, table: dict[str, Any], needed: Collection[str]) -> None:
+    missing = sorted(set(needed) - set(table))
+    if missing:
+        raise ParameterError(f"{where}: missing: {', '.join(missing)}")
 
 
 def _without_shorthand(path: Path, fields: dict[str, Any]) -> dict[str, Any]:
