@@ -157,7 +157,7 @@ def test_what_cannot_be_drawn_is_refused_by_name(run, given, words):
 
 def test_other_drawings_name_the_one_that_takes_a_structure(run):
     with pytest.raises(vi.ParameterError, match=r"StructureRun in vibroimpact.plot: time_history"):
-        vi.plot.phase_portrait(run)
+        vi.plot.gap_history(run)
 
 
 def test_coordinates_are_those_of_a_structure_only(system, initial):

@@ -134,7 +134,7 @@ def is_driven(system: System | Structure) -> bool:
     return loads and system.drive_frequency > 0.0
 
 
-def orbit_window(run: Run) -> tuple[float, float]:
+def orbit_window(run: Run | StructureRun) -> tuple[float, float]:
     """Return the window of a portrait: one orbit of a periodic motion, of others many periods."""
     if not is_driven(run.system):
         return shown_window(run)

@@ -28,7 +28,7 @@ Item = TypeVar("Item")
 # What draws a result, for the error about a result of another kind.
 _DRAWN_BY: Final[tuple[tuple[type, str], ...]] = (
     (Run, "time_history, phase_portrait, impact_section, stroboscopic, animation"),
-    (StructureRun, "time_history"),
+    (StructureRun, "time_history, phase_portrait, impact_section, stroboscopic"),
     (PeriodicMotion, "orbit, multipliers"),
     (Branch, "branches, multipliers"),
     (Diagram, "bifurcation, contact_fraction"),
@@ -54,6 +54,21 @@ def expected(name: str, given: Any, kind: type[Item]) -> Item:
             allowed += f"; what draws a {other.__name__} in vibroimpact.plot: {functions}"
             break
     reject(name, given, allowed)
+
+
+def of_system(**given: Any) -> None:
+    """Refuse arguments that only the run of a System takes, where it is that of a structure."""
+    for name, value in given.items():
+        if value is not None:
+            why = "a structure has no scales" if name == "units" else "a structure has coordinates"
+            reject(name, value, f"None: {why}")
+
+
+def of_structure(**given: Any) -> None:
+    """Refuse arguments that only the run of a structure takes, where it is that of a System."""
+    for name, value in given.items():
+        if value is not None:
+            reject(name, value, "None but for the run of a structure")
 
 
 def chosen(name: str, given: Any, known: tuple[str, ...]) -> str:
@@ -122,7 +137,7 @@ def bodies_of(given: Any, run: Run) -> tuple[int, ...]:
     return tuple(int(body) for body in many)
 
 
-def sectioned(run: Run) -> None:
+def sectioned(run: Run | StructureRun) -> None:
     """Refuse a run without a stroboscopic section."""
     if run.system.drive_frequency == 0.0:
         raise ParameterError(

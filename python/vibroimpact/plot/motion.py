@@ -20,10 +20,11 @@ from ..run import Run
 from ..scales import Units
 from ..structure_run import StructureRun
 from .curve import is_driven, is_one_orbit, orbit_window, sample, tip_symbol
-from .given import bodies_of, chosen, expected, regime_color
+from .given import bodies_of, chosen, expected, of_structure, of_system, regime_color
 from .history import History
 from .marks import mark_contact_path, mark_regimes
 from .structure_history import structure_history
+from .structure_portrait import structure_portrait
 from .style import BLACK, BODY_COLORS, GREY, curve_legend, new_axes
 from .units import AxisUnits
 
@@ -114,8 +115,7 @@ def time_history(
     """
     chosen("drive", drive, _DRIVES)
     if isinstance(run, StructureRun):
-        if units is not None:
-            reject("units", units, "None: a structure has no scales")
+        of_system(units=units)
         if drive == "plain":
             reject("drive", drive, "'auto' or 'none' for the run of a structure")
         return structure_history(
@@ -128,8 +128,7 @@ def time_history(
             legend=legend,
             ax=ax,
         )
-    if coordinates is not None:
-        reject("coordinates", coordinates, "None but for the run of a structure")
+    of_structure(coordinates=coordinates)
     by_regime = regime_color(color)
     history = History(
         run,
@@ -175,9 +174,10 @@ def _drive(history: History, motion: Array, *, plain: bool) -> None:
 
 @naming
 def phase_portrait(
-    run: Run,
+    run: Run | StructureRun,
     *,
     bodies: int | tuple[int, ...] | None = None,
+    coordinates: int | Sequence[int] | None = None,
     window: tuple[float, float] | None = None,
     periods: float | None = None,
     points_per_period: int | None = None,
@@ -189,15 +189,19 @@ def phase_portrait(
     """Draw velocity against position, impacts as vertical jumps.
 
     Body 1 is black, body 2 grey and broader. A broad blue line under them marks sliding in
-    sustained contact, a dot sticking.
+    sustained contact, a dot sticking. Of a structure coordinates are drawn, with a mark of its stop
+    before each impact.
 
     Parameters
     ----------
-    run : Run
+    run : Run or StructureRun
         Result of `vibroimpact.simulate`.
     bodies : int or tuple of int, optional
-        Which bodies to draw: 1 the pendulum, 2 the oscillator. By default both, but for a wall at
-        rest.
+        Of a System, which bodies to draw: 1 the pendulum, 2 the oscillator. By default both, but
+        for a wall at rest.
+    coordinates : int or sequence of int, optional
+        Of a structure, which coordinates to draw, from 0, at most eight. By default two, those on
+        which stops act before others.
     window : (float, float), optional
         Times, within the kept part of the run. By default one orbit of a periodic motion, of others
         the last forty drive periods; without a drive as in `time_history`.
@@ -207,7 +211,7 @@ def phase_portrait(
         Samples in a drive period; without one, in the window. By default so many that
         every flight and every oscillation is smooth.
     color : "regime" or None
-        Mark the state before each impact by its regime.
+        Mark the state before each impact by its regime; of a structure in place of its stop.
     legend : bool
         Name curves, marks of contact and regimes above the axes.
     units : "SI", optional
@@ -233,7 +237,20 @@ def phase_portrait(
     >>> vi.plot.phase_portrait(run, bodies=1).get_xlabel()
     '$x_1$'
     """
+    if isinstance(run, StructureRun):
+        of_system(bodies=bodies, units=units)
+        return structure_portrait(
+            run,
+            coordinates=coordinates,
+            window=window,
+            periods=periods,
+            points_per_period=points_per_period,
+            color=color,
+            legend=legend,
+            ax=ax,
+        )
     run = expected("run", run, Run)
+    of_structure(coordinates=coordinates)
     by_regime = regime_color(color)
     shown = bodies_of(bodies, run)
     drawn = AxisUnits.of(units, run.system)

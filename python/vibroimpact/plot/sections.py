@@ -15,16 +15,19 @@ from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from ..arguments import naming
 from ..run import Run
 from ..scales import Units
+from ..structure_run import StructureRun
 from ..sweeps.columns import COORDINATES
 from .curve import is_driven
 from .given import (
     chosen,
     expected,
     impact_column,
+    of_system,
     regime_color,
     run_hits_wall_at_rest,
     sectioned,
 )
+from .structure_portrait import structure_impact_section, structure_stroboscopic
 from .style import (
     BLACK,
     REGIME_STYLES,
@@ -34,19 +37,17 @@ from .style import (
     new_axes,
     phase_axis,
     regime_handles,
+    show_around,
 )
 from .units import AxisUnits
 
-# Points closer together than this part of their size are one point but for rounding; the axes then
-# show this part of it.
-_ONE_POINT, _AROUND = 1e-3, 0.1
 # Counts that span at least this factor are drawn over logarithmic axes.
 _DECADES = 30.0
 
 
 @naming
 def impact_section(
-    run: Run,
+    run: Run | StructureRun,
     *,
     x: str | None = None,
     y: str | None = None,
@@ -60,17 +61,18 @@ def impact_section(
 
     Parameters
     ----------
-    run : Run
+    run : Run or StructureRun
         Result of `vibroimpact.simulate`.
     x : str, optional
         Column of the impact table on the horizontal axis. By default the pendulum's angle. Where
-        body 2 is a wall at rest that is always the same; there the default is the drive phase,
-        without a drive the time.
+        body 2 is a wall at rest that is always the same; there, and of a structure, the default is
+        the drive phase, without a drive the time. One of several numbers is named with its place:
+        ``"q_0"``, ``"v_pre_1"``.
     y : str, optional
         Column on the vertical axis. By default the pendulum's velocity before impact; where body 2
-        is a wall at rest the approach velocity.
+        is a wall at rest, and of a structure, the approach velocity.
     color : "regime" or None
-        Colour and shape by regime, or black dots.
+        Colour and shape by regime; or black dots, of a structure colour and shape by stop.
     size : float, optional
         Area of a marker in square points; by default smaller the more impacts there are.
     legend : bool
@@ -98,6 +100,9 @@ def impact_section(
     >>> vi.plot.impact_section(run, y="approach_velocity").get_ylabel()
     'approach velocity $u$'
     """
+    if isinstance(run, StructureRun):
+        of_system(units=units)
+        return structure_impact_section(run, x=x, y=y, color=color, size=size, legend=legend, ax=ax)
     run = expected("run", run, Run)
     by_regime = regime_color(color)
     usual = ("x1", "v1_pre")
@@ -131,7 +136,7 @@ def impact_section(
         if name == "phase":
             phase_axis(ax, axis)
         else:
-            _show_around(ax, axis)
+            show_around(ax, axis)
     if y == "approach_velocity":
         # The sizes of the bounces can be compared.
         ax.set_ylim(bottom=0.0)
@@ -142,10 +147,10 @@ def impact_section(
 
 @naming
 def stroboscopic(
-    run: Run,
+    run: Run | StructureRun,
     *,
-    x: str = "x1",
-    y: str = "v1",
+    x: str | None = None,
+    y: str | None = None,
     size: float | None = None,
     units: Units | None = None,
     ax: Axes | None = None,
@@ -156,12 +161,13 @@ def stroboscopic(
 
     Parameters
     ----------
-    run : Run
+    run : Run or StructureRun
         Result of `vibroimpact.simulate`; all its kept drive periods are drawn.
-    x : {"x1", "v1", "x2", "v2"}
-        What to draw on the horizontal axis.
-    y : {"x1", "v1", "x2", "v2"}
-        What to draw on the vertical axis.
+    x : {"x1", "v1", "x2", "v2"}, optional
+        What to draw on the horizontal axis, by default x1; of a structure ``"q_0"``, ``"v_0"``,
+        ``"q_1"`` ..., by default q_0.
+    y : {"x1", "v1", "x2", "v2"}, optional
+        What to draw on the vertical axis, by default v1, of a structure v_0.
     size : float, optional
         Area of a marker in square points; by default smaller the more points there are.
     units : "SI", optional
@@ -187,10 +193,16 @@ def stroboscopic(
     >>> vi.plot.stroboscopic(run, x="x2", y="v2").get_xlabel()
     '$x_2$ once per drive period'
     """
+    if isinstance(run, StructureRun):
+        of_system(units=units)
+        return structure_stroboscopic(run, x=x, y=y, size=size, ax=ax)
     run = expected("run", run, Run)
     sectioned(run)
     drawn = AxisUnits.of(units, run.system)
-    names = [chosen(name, given, COORDINATES) for name, given in (("x", x), ("y", y))]
+    names = [
+        chosen(name, usual if given is None else given, COORDINATES)
+        for name, given, usual in (("x", x, "x1"), ("y", y, "v1"))
+    ]
     rows = run.stroboscopic
     area = mark_area(size, len(rows))
     ax = new_axes(ax)
@@ -203,21 +215,12 @@ def stroboscopic(
         linewidths=0,
         rasterized=True,
     )
-    _show_around(ax, "x")
-    _show_around(ax, "y")
+    show_around(ax, "x")
+    show_around(ax, "y")
     said = [drawn.label(name, f"{STATE_SYMBOLS[name]} once per drive period") for name in names]
     ax.set_xlabel(said[0])
     ax.set_ylabel(said[1])
     return ax
-
-
-def _show_around(ax: Axes, axis: str) -> None:
-    """Keep an axis from showing the rounding of a periodic motion in place of its points."""
-    low, high = getattr(ax.dataLim, f"interval{axis}").tolist()
-    size = max(abs(low), abs(high))
-    if 0.0 < size < np.inf and high - low < _ONE_POINT * size:
-        middle = 0.5 * (low + high)
-        ax.set(**{f"{axis}lim": (middle - _AROUND * size, middle + _AROUND * size)})
 
 
 @naming

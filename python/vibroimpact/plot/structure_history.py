@@ -11,7 +11,7 @@ its mark. Source of the gap function: the page on structures.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -43,7 +43,7 @@ Mode = Literal["closed", "slide", "stick"]
 _FEW, _MOST = 4, 8
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))
 # Colour and mark of a stop. Marks alone tell six of them apart.
-_STOPS = (
+STOPS: Final = (
     (VERMILLION, "o"),
     (BLUE, "s"),
     (GREEN, "^"),
@@ -80,21 +80,15 @@ def structure_history(
     """Draw coordinates of a structure against time; the arguments are those of `time_history`."""
     by_regime = regime_color(color)
     structure = run.system
-    shown = _shown(coordinates, structure)
+    shown = shown_coordinates(coordinates, structure)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
     ax = new_axes(ax)
     first, last = float(curve.time[0]), float(curve.time[-1])
     spans = closed_spans(run, (first, last))
-    draw_bands(ax, _bands(spans))
+    draw_bands(ax, bands_of(spans))
     for place, i in enumerate(shown):
-        ax.plot(
-            curve.time,
-            curve.state[:, 0, i],
-            color=BODY_COLORS[1 + place % 2],
-            lw=(0.8, 1.5)[place % 2],
-            ls=_DASHES[place // 2],
-            label=f"$q_{{{i}}}$",
-        )
+        style = coordinate_style(place)
+        ax.plot(curve.time, curve.state[:, 0, i], label=f"$q_{{{i}}}$", **style)
     moved = curve.state[:, 0, list(shown)]
     for number, stop in enumerate(structure.stops):
         _draw_line(ax, number, stop, structure, curve, shown, moved)
@@ -103,7 +97,7 @@ def structure_history(
     if by_regime:
         draw_regimes(ax, hits["regime"], hits["time"], heights)
     else:
-        _mark_stops(ax, hits, heights)
+        mark_stops(ax, hits["stop"], hits["time"], heights)
     ax.set_xlim(first, last)
     ax.set_xlabel("$t$")
     ax.set_ylabel("$" + r",\ ".join(f"q_{{{i}}}" for i in shown) + "$")
@@ -111,14 +105,23 @@ def structure_history(
     return ax
 
 
-def _shown(given: Any, structure: Structure) -> tuple[int, ...]:
+def coordinate_style(place: int) -> dict[str, Any]:
+    """Return how the coordinate at this place among those shown is drawn."""
+    return {
+        "color": BODY_COLORS[1 + place % 2],
+        "lw": (0.8, 1.5)[place % 2],
+        "ls": _DASHES[place // 2],
+    }
+
+
+def shown_coordinates(given: Any, structure: Structure, *, few: int = _FEW) -> tuple[int, ...]:
     """Return the coordinates to draw: by default a few, those on which stops act before others."""
     count = structure.coordinates
     if given is None:
         met = np.zeros(count, dtype=bool)
         for stop in structure.stops:
             met |= stop.normal != 0.0
-        order = np.argsort(~met, kind="stable")[:_FEW]
+        order = np.argsort(~met, kind="stable")[:few]
         return tuple(sorted(int(i) for i in order))
     one = isinstance(given, int) and not isinstance(given, bool)
     try:
@@ -162,7 +165,7 @@ def _mode(stop: Stop, velocity: Array) -> Mode:
     return "slide" if abs(slip) > _STUCK * size else "stick"
 
 
-def _bands(spans: list[ClosedSpan]) -> list[ContactSpan]:
+def bands_of(spans: list[ClosedSpan]) -> list[ContactSpan]:
     """Return the stretches in which any stop is closed, in the mode of the one with friction."""
     borders = sorted({time for span in spans for time in (span.start, span.end)})
     bands: list[ContactSpan] = []
@@ -197,7 +200,7 @@ def _draw_line(
     reach = _AWAY * (high - low)
     if reach > 0.0 and (level.min() > high + reach or level.max() < low - reach):
         return
-    color, _ = _STOPS[number % len(_STOPS)]
+    color, _ = STOPS[number % len(STOPS)]
     (line,) = ax.plot(curve.time, level, color=color, lw=0.9, ls=(0, (4, 1.5)), zorder=1.5)
     line.set_gid(f"stop-{number}")
 
@@ -211,7 +214,7 @@ def _draw_closed(
     spans: list[ClosedSpan],
 ) -> None:
     """Draw a broad line under coordinates while a stop that acts on them is closed."""
-    color, _ = _STOPS[number % len(_STOPS)]
+    color, _ = STOPS[number % len(STOPS)]
     for span in spans:
         if span.stop != number:
             continue
@@ -232,20 +235,22 @@ def _places(run: StructureRun, curve: Curve, shown: tuple[int, ...]) -> tuple[An
     return np.concatenate(rows), np.concatenate(heights)
 
 
-def _mark_stops(ax: Axes, hits: NDArray[np.void], heights: Array) -> None:
-    """Mark impacts by their stop."""
-    for number in np.unique(hits["stop"]):
-        color, marker = _STOPS[number % len(_STOPS)]
-        here = hits["stop"] == number
+def mark_stops(
+    ax: Axes, stops: NDArray[np.int64], x: Array, y: Array, *, named: bool = True
+) -> None:
+    """Mark impacts at (x, y) by their stop."""
+    for number in np.unique(stops):
+        color, marker = STOPS[number % len(STOPS)]
+        here = stops == number
         ax.plot(
-            hits["time"][here],
-            heights[here],
+            x[here],
+            y[here],
             linestyle="none",
             marker=marker,
             markersize=4.5,
             markerfacecolor=color,
             markeredgecolor="white",
             markeredgewidth=0.3,
-            label=f"stop {number}",
+            label=f"stop {number}" if named else "_nolegend_",
             zorder=3,
         )

@@ -381,3 +381,17 @@ def curve_legend(ax: Axes, legend: bool, entries: Sequence[Artist] | None = None
             _LEGEND_PART * whole if alone else _SLOT_PART * slot
         ):
             break
+
+
+# Points closer together than this part of their size are one point but for rounding; the axes then
+# show this part of it.
+_ONE_POINT, _AROUND = 1e-3, 0.1
+
+
+def show_around(ax: Axes, axis: str) -> None:
+    """Keep an axis from showing the rounding of a periodic motion in place of its points."""
+    low, high = getattr(ax.dataLim, f"interval{axis}").tolist()
+    size = max(abs(low), abs(high))
+    if 0.0 < size < math.inf and high - low < _ONE_POINT * size:
+        middle = 0.5 * (low + high)
+        ax.set(**{f"{axis}lim": (middle - _AROUND * size, middle + _AROUND * size)})
