@@ -15,13 +15,15 @@ import vibroimpact as vi
 from han_jin_hu_2004.parameters import INITIAL, MOTIONS, TRANSITIONS
 from systems import ROUGH
 from vibroimpact._core import PARAMETERS
-from vibroimpact.explorer import compute, controls, tables
+from vibroimpact.explorer import compute, tables
+from vibroimpact.explorer.axis import Axis
 from vibroimpact.explorer.code import python_code
+from vibroimpact.explorer.of_system import RANGES, SYMBOLS, OfSystem
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
 from vibroimpact.explorer.server import first_state
-from vibroimpact.explorer.state import MAPS, VALUES, Axis, State, from_query
+from vibroimpact.explorer.state import State, from_query
 from vibroimpact.explorer.theme import PALETTES
-from vibroimpact.explorer.views.parts import SYMBOLS, with_error
+from vibroimpact.explorer.views.parts import with_error
 from vibroimpact.explorer.views.verdict import evidence_text
 
 SMALL = compute.Detail(columns=9, rows=5, periods=60, keep=20)
@@ -62,7 +64,7 @@ FINITE = st.floats(allow_nan=False, allow_infinity=False)
     names=st.permutations([*PARAMETERS]),
     branch=st.booleans(),
     origin=st.none() | st.tuples(FINITE, FINITE, FINITE, FINITE),
-    drawn=st.sampled_from([*itertools.product(MAPS, VALUES)]),
+    drawn=st.sampled_from([*itertools.product(OfSystem.maps, OfSystem.values)]),
 )
 def test_every_state_comes_back_bit_for_bit(
     gap, friction, x1, low, high, names, branch, origin, drawn
@@ -117,7 +119,7 @@ def test_a_state_refuses_names_that_it_does_not_know():
     with pytest.raises(vi.ParameterError, match="first end"):
         Axis(name="gap", low=1.0, high=1.0)
     with pytest.raises(vi.ParameterError, match="map"):
-        State(system=DEFAULT.system, initial=INITIAL, map="orbit")
+        State.of(DEFAULT.system, initial=INITIAL, map="orbit")
 
 
 def test_the_presets_of_the_paper_are_its_figures():
@@ -138,13 +140,13 @@ def test_the_presets_of_the_paper_are_its_figures():
 
 
 def test_every_parameter_has_one_control_with_its_symbol_and_range():
-    grouped = [name for names in controls.GROUPS.values() for name in names]
-    assert sorted(grouped) == sorted(PARAMETERS)
-    assert {*controls.RANGES} == {*PARAMETERS}
+    grouped = [name for names in OfSystem.groups.values() for name in names]
+    assert sorted(grouped) == sorted([*PARAMETERS, *OfSystem.choices])
+    assert {*RANGES} == {*PARAMETERS}
     assert {*SYMBOLS} >= {*PARAMETERS}
     # Loads may have either sign.
     for name in ("static_moment", "static_force"):
-        low, high = controls.RANGES[name]
+        low, high = RANGES[name]
         assert low == -high < 0.0
 
 
@@ -185,7 +187,7 @@ def test_the_motion_is_that_of_simulate(name):
         state.system,
         initial=state.initial,
         max_events=compute.MOST_EVENTS,
-        **compute.run_options(state.system),
+        **compute.run_options(state.machine),
     )
     assert np.array_equal(shown.run.impacts, run.impacts)
     assert np.array_equal(shown.states, run.trajectory(shown.time))
@@ -235,11 +237,11 @@ def test_a_table_holds_the_numbers_bit_for_bit():
     assert [float(row["x1"]) for row in rows] == impacts["x1"].tolist()
     assert rows[0]["regime"] == vi.Regime(int(impacts["regime"][0])).name.lower()
     diagram = compute.diagram(DEFAULT, SMALL)
-    rows = [*csv.DictReader(io.StringIO(tables.of_map(diagram)))]
+    rows = [*csv.DictReader(io.StringIO(tables.of_map(diagram, DEFAULT.machine)))]
     assert [float(row["drive_frequency"]) for row in rows] == diagram.impact_parameter.tolist()
     assert [float(row["x1"]) for row in rows] == diagram.x1.tolist()
     chart = compute.chart_of(DEFAULT, SMALL)
-    rows = [*csv.DictReader(io.StringIO(tables.of_map(chart)))]
+    rows = [*csv.DictReader(io.StringIO(tables.of_map(chart, DEFAULT.machine)))]
     assert [row["label"] for row in rows] == chart.label.ravel().tolist()
 
 
@@ -260,7 +262,7 @@ def drawn(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", PRESETS)
 def test_the_code_runs_and_gives_the_numbers_of_the_page(name, coarse, drawn):
     # The maps of the paper's figures differ in their numbers alone.
-    for shown in MAPS if "Paper" not in name or "9(2)" in name else ("diagram",):
+    for shown in OfSystem.maps if "Paper" not in name or "9(2)" in name else ("diagram",):
         state = PRESETS[name].replace(map=shown)
         driven = state.system.drive_frequency > 0.0
         made: dict[str, object] = {}

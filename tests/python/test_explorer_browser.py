@@ -14,9 +14,10 @@ import sizes
 import vibroimpact as vi
 from chromium import PATIENCE, WIDTH, Records, Window, serving, started
 from vibroimpact.explorer import app, compute
+from vibroimpact.explorer.axis import Axis
 from vibroimpact.explorer.code import python_code
+from vibroimpact.explorer.of_system import OfSystem
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
-from vibroimpact.explorer.state import MAPS, VALUES, Axis
 from vibroimpact.explorer.views.diagram import _MARKERS, BranchLines, _branch_key
 from vibroimpact.explorer.views.parts import with_error
 
@@ -97,7 +98,7 @@ def test_the_numbers_of_the_page_are_those_of_the_functions(window):
     window.settled()
     motion = compute.motion(DEFAULT)
     assert window.data("film", "v1") == motion.states[:, 1].tolist()
-    assert window.data("stroboscopic", "x1") == motion.run.stroboscopic[:, 0].tolist()
+    assert window.data("stroboscopic", "place") == motion.run.stroboscopic[:, 0].tolist()
     diagram = compute.diagram(DEFAULT, SMALL["diagram"])
     first = diagram.x1[0].item()
     window.wait(f"Bokeh.documents[0].get_model_by_name('diagram').data.value[0] == {first!r}")
@@ -282,7 +283,7 @@ def test_a_box_zooms_cells_and_the_way_back(window, shown):
 
 @pytest.mark.parametrize("shown", [1, 2])
 def test_a_click_on_a_cell_shows_its_motion(window, shown):
-    name = MAPS[shown]
+    name = OfSystem.maps[shown]
     window.set("map", "active", shown)
     window.wait(f"Bokeh.documents[0].get_model_by_name('{name}').data.image.length > 0")
     field, x, y = (("moment_amplitude", 1.7, 1.5), ("v1", 0.2, 1.0))[shown - 1]
@@ -464,7 +465,7 @@ def actions(window, draw):
             (
                 ("law", ("poisson", "newton", "energetic", "paper")),
                 ("contact", ("oblique", "direct")),
-                ("value", VALUES),
+                ("value", [*OfSystem.values]),
                 ("start", ("fresh", "forward", "backward")),
                 ("vary", ("gap", "friction", "restitution", "phase", "drive_frequency")),
             )
@@ -473,7 +474,7 @@ def actions(window, draw):
     elif kind == "map":
         window.set("map", "active", draw.randrange(3))
     elif kind in ("click", "zoom"):
-        figure = f"{MAPS[window.get('map', 'active')]}-figure"
+        figure = f"{OfSystem.maps[window.get('map', 'active')]}-figure"
         ends = (f"{axis}_range.{end}" for axis in "xy" for end in ("start", "end"))
         left, right, bottom, top = window.several(figure, *ends)
         place = [(draw.uniform(left, right), draw.uniform(bottom, top)) for _ in range(2)]

@@ -4,8 +4,8 @@ import pytest
 
 from explorer_desk import SMALL, Desk, zoom
 from vibroimpact.explorer import compute
+from vibroimpact.explorer.axis import Axis
 from vibroimpact.explorer.presets import DEFAULT
-from vibroimpact.explorer.state import Axis
 
 
 @pytest.fixture

@@ -15,9 +15,10 @@ from explorer_desk import SMALL, Desk, zoom
 from han_jin_hu_2004.parameters import INITIAL
 from vibroimpact.explorer import app, compute, tables
 from vibroimpact.explorer.app import Page
+from vibroimpact.explorer.axis import Axis
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.presets import DEFAULT, PRESETS
-from vibroimpact.explorer.state import Axis, from_query
+from vibroimpact.explorer.state import from_query
 
 
 def arguments(query):
@@ -41,7 +42,7 @@ def test_a_page_shows_the_numbers_of_its_state(desk):
     motion = compute.motion(DEFAULT)
     assert np.array_equal(desk.named("film").data["v1"], motion.states[:, 1])
     assert np.array_equal(desk.named("impact").data["phase"], motion.run.impacts["phase"])
-    assert np.array_equal(desk.named("stroboscopic").data["x1"], motion.run.stroboscopic[:, 0])
+    assert np.array_equal(desk.named("stroboscopic").data["place"], motion.run.stroboscopic[:, 0])
     diagram = compute.diagram(DEFAULT, SMALL)
     assert np.array_equal(desk.named("diagram").data["value"], diagram.x1)
     assert "chaotic" in desk.named("verdict").text

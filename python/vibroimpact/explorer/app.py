@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import html
 import logging
 import math
@@ -14,14 +15,14 @@ from bokeh.document import Document
 
 from ..errors import ParameterError, SimulationError, StateError
 from ..orbits import PeriodicMotion
-from ..simulation import simulate
 from . import compute, tables, theme
 from .acknowledgement import Acknowledgement
 from .code import python_code
-from .compute import Motion, Verdict
+from .compute import Verdict
 from .controls import Controls
 from .frame import Frame
 from .jobs import Lane, Work
+from .machine import Motion
 from .maps import MapsCard
 from .presets import PRESETS
 from .state import State, map_key
@@ -82,11 +83,19 @@ class Page:
         self._lanes = {name: Lane(self._post) for name in ("verdict", "branch")}
         for name in ("motion", "map"):
             self._pace(name)
+        machine = state.machine
         own = {"as given": state} if state not in PRESETS.values() else {}
-        self._presets = own | PRESETS
-        self.controls = Controls(self.change, self.move)
-        self.maps = MapsCard(self.change, self.choose)
-        self.frame = Frame(self.controls.root, self.maps.root, self._presets)
+        # The views of a page are those of one kind of machine.
+        kind = type(machine)
+        self._presets = own | {
+            name: preset for name, preset in PRESETS.items() if type(preset.machine) is kind
+        }
+        self.controls = Controls(machine, self.change, self.move)
+        self.maps = MapsCard(machine, self.change, self.choose)
+        self.frame = Frame(
+            *(machine, state.shown, self.controls.root, self.maps.root, self._presets),
+            look=self._look,
+        )
         self._wire()
         self.frame.enter(document, owns_address=owns_address)
         document.js_on_event("document_ready", self.maps.diagram.drawing)
@@ -119,9 +128,8 @@ class Page:
     def _change(self, fields: dict[str, Any], describe: Callable[[], None]) -> None:
         try:
             state = self.state.replace(**fields)
-            if (state.system, state.initial) != (self.state.system, self.state.initial):
-                # Refuses bodies that overlap at the start; there is no shorter run.
-                simulate(state.system, initial=state.initial, time=1e-9, max_events=1)
+            if _moves(state) != _moves(self.state):
+                state.machine.refuse_start(state.initial)
         except (ParameterError, StateError):
             # What is still to be shown of moves before would hide the words beside the field.
             if self._will_describe:
@@ -143,7 +151,7 @@ class Page:
         if self._left:
             left = self._left.pop()
             self.frame.before.disabled = not self._left
-            self.change(system=left.system, initial=left.initial, origin=left.origin)
+            self.change(machine=left.machine, initial=left.initial, origin=left.origin)
 
     def refuse_address(self, error: Exception | None) -> None:
         """Say why the page does not show what its address asks for."""
@@ -182,6 +190,7 @@ class Page:
         self.controls.show(state)
         self.maps.show_state(state)
         self.frame.dark.active = state.theme == "dark"
+        self.frame.shown.show(state.shown)
         self.frame.address.tags = [state.to_query()]
         if self.frame.code_card.visible:
             self._write_code()
@@ -207,21 +216,23 @@ class Page:
         if self.motion is None or old.theme != state.theme:
             self.document.theme = theme.figure_theme(self.palette)
             self._paint()
-        moved = (old.system, old.initial) != (state.system, state.initial)
-        if self.motion is None or moved:
+        if self.motion is None or _moves(old) != _moves(state):
             self.verdict = None
             self._lanes["verdict"].cancel()
             self._resting.pop("verdict", None)
             show = partial(self._show_motion, state)
             self._submit("motion", partial(compute.motion, state), show)
+        elif old.shown != state.shown:
+            self.motion = dataclasses.replace(self.motion, shown=state.shown)
+            self._draw_motion(self.motion)
         self._show_map()
         self._rest()
 
     def _show_motion(self, state: State, motion: Motion) -> None:
         self.say(None)
-        self.motion = motion
+        self.motion = motion = dataclasses.replace(motion, shown=self.state.shown)
         self._draw_motion(motion)
-        if (state.system, state.initial) == (self.state.system, self.state.initial):
+        if _moves(state) == _moves(self.state):
             self._after_rest("verdict", partial(self._judge, state, motion))
 
     def _draw_motion(self, motion: Motion) -> None:
@@ -252,9 +263,9 @@ class Page:
             self._lanes["map"].cancel()
             self._resting.pop("fine map", None)
             self.maps.clear()
-            self.maps.note("A map counts drive periods. This system has no drive frequency.")
+            self.maps.note("A map counts drive periods. There is no drive frequency.")
             return
-        work = partial(_MAPS[state.map], state, compute.COARSE[state.map])
+        work = partial(_MAPS[state.map], state, compute.detail(state, compute.COARSE))
         self._submit("map", work, partial(self._show_result, state), self._refuse_map)
         self._after_rest("fine map", self._show_fine)
 
@@ -265,7 +276,7 @@ class Page:
             self._after_rest("fine map", self._show_fine)
             return
         state = self.state
-        work = partial(_MAPS[state.map], state, compute.FINE[state.map])
+        work = partial(_MAPS[state.map], state, compute.detail(state, compute.FINE))
         show = partial(self._show_result, state)
         self._submit("map", work, show, self._refuse_map, quick=False)
         self._show_branch()
@@ -312,6 +323,9 @@ class Page:
 
     # Buttons and lists.
 
+    def _look(self, _name: str, shown: str) -> None:
+        self.change(shown=shown)
+
     def _preset(self, _name: str, _old: str, new: str) -> None:
         if new in self._presets:
             self.maps.forget()
@@ -338,7 +352,9 @@ class Page:
 
     def _download_map(self) -> None:
         if self.maps.result is not None:
-            self.frame.files[self.state.map].text = tables.of_map(self.maps.result)
+            self.frame.files[self.state.map].text = tables.of_map(
+                self.maps.result, self.state.machine
+            )
 
     # Work and its results.
 
@@ -398,3 +414,8 @@ class Page:
                 self.document.add_next_tick_callback(show)
 
         self._soon(post)
+
+
+def _moves(state: State) -> tuple[Any, ...]:
+    """Return all that the motion of a state depends on."""
+    return state.machine, state.initial

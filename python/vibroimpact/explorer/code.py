@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from . import compute
-from .state import Axis, State
+from .axis import Axis
+from .state import State
 
-_SECTION = {"stroboscopic": "section='stroboscopic'"}
+_COLOR = ", color='regime'"
 
 
 def python_code(state: State) -> str:
@@ -16,29 +17,29 @@ def python_code(state: State) -> str:
     state
         The state of the page.
     """
-    detail = compute.FINE[state.map]
-    options = compute.run_options(state.system)
+    machine = state.machine
+    options = compute.run_options(machine)
     run = ", ".join(f"{name}={value!r}" for name, value in options.items())
     lines = [
         "import matplotlib.pyplot as plt",
         "import numpy as np",
         "import vibroimpact as vi",
         "",
-        f"system = vi.System({_fields(state)})",
-        f"initial = {state.initial!r}",
+        *machine.definition(),
+        f"initial = {machine.start_code(state.initial)}",
         "",
         "# The motion.",
         "run = vi.simulate(",
-        f"    system, initial=initial, {run}, max_events={compute.MOST_EVENTS}",
+        f"    {machine.noun}, initial=initial, {run}, max_events={compute.MOST_EVENTS}",
         ")",
-        *_verdict(state),
-        "",
-        "# Its views, for print.",
-        *_in_print(_motion_pictures(state)),
+        "print(run.label)",
     ]
+    if machine.driven:
+        lines += machine.exponent_code(compute.PERIODS, compute.KEEP, compute.MOST_EVENTS)
+    lines += ["", "# Its views, for print.", *_in_print(_motion_pictures(state))]
     files = ["motion.pdf"]
-    if state.system.drive_frequency > 0.0:
-        computed, drawn = _MAPS[state.map](state, detail)
+    if machine.driven:
+        computed, drawn = _MAPS[state.map](state, compute.detail(state, compute.FINE))
         lines += ["", *computed, *_in_print(drawn)]
         files += [f"{state.map}.pdf"]
     lines += ["", f"print('written: {', '.join(files)}')"]
@@ -50,72 +51,40 @@ def _in_print(lines: list[str]) -> list[str]:
     return ["with vi.plot.publication_style():", *(f"    {line}" for line in lines)]
 
 
-def _fields(state: State) -> str:
-    rows = "".join(f"\n    {name}={value!r}," for name, value in state.system.to_dict().items())
-    return f"{rows}\n"
-
-
-def _verdict(state: State) -> list[str]:
-    """Return lines that print what the page says of the motion."""
-    lines = ["print(run.label)"]
-    if state.system.drive_frequency > 0.0:
-        lines += [
-            "cell = vi.sweep(",
-            f"    system, initial=initial, periods={compute.PERIODS}, keep={compute.KEEP},",
-            f"    exponents=True, max_events={compute.MOST_EVENTS},",
-            "    drive_frequency=[system.drive_frequency],",
-            ")",
-            "exponent, error = cell.largest_exponent[0], cell.exponent_error[0]",
-            "print(f'largest exponent {exponent:.6g} +- {error:.1g} per unit of time 1/omega_2')",
-            "if run.period.m is not None and (motion := run.refine()):",
-            "    print('multipliers', ', '.join(f'{one:.4g}' for one in motion.multipliers))",
-            "    print('stable' if motion.stable else 'unstable')",
-        ]
-    return lines
-
-
 def _motion_pictures(state: State) -> list[str]:
-    driven = state.system.drive_frequency > 0.0
-    section = "x='phase', y='approach_velocity'" if driven else "x='time', y='approach_velocity'"
-    if driven:
-        part, size = f"periods={compute.SHOWN}", "2, 2, figsize=(7.1, 5.4)"
-    else:
-        part, size = "window=(run.kept_from, run.final_state.time)", "1, 3, figsize=(7.1, 2.7)"
-    lines = [
-        f"figure, axes = plt.subplots({size}, layout='constrained')",
-        "panels = axes.flat",
-        f"vi.plot.time_history(run, {part}, color='regime', ax=panels[0])",
-        f"vi.plot.phase_portrait(run, {part}, ax=panels[1])",
-        f"vi.plot.impact_section(run, {section}, color='regime', ax=panels[2])",
-    ]
-    if driven:
+    machine = state.machine
+    samples = compute.SHOWN * compute.SAMPLES + 1 if machine.driven else compute.SAMPLES_OF_TIME
+    lines = machine.pictures(state.shown, compute.SHOWN, samples)
+    if machine.driven:
+        period = f"{machine.noun}.drive_period"
         lines += [
-            "vi.plot.stroboscopic(run, ax=panels[3])",
             "# The time in drive periods, as on the page.",
-            "panels[0].xaxis.set_major_locator(plt.MultipleLocator(2 * system.drive_period))",
-            "panels[0].xaxis.set_major_formatter(lambda t, _: f'{t / system.drive_period:.0f}')",
+            f"panels[0].xaxis.set_major_locator(plt.MultipleLocator(2 * {period}))",
+            f"panels[0].xaxis.set_major_formatter(lambda t, _: f'{{t / {period}:.0f}}')",
             "panels[0].set_xlabel('time in drive periods')",
         ]
     return [*lines, "figure.savefig('motion.pdf')"]
 
 
 def _diagram(state: State, detail: compute.Detail) -> tuple[list[str], list[str]]:
+    machine = state.machine
+    quick = "".join(f" {name}={value!r}," for name, value in machine.quick.items())
     begin = "initial"
     lines = ["# The bifurcation diagram."]
     if state.origin is not None:
-        begin = repr(state.origin)
+        begin = machine.start_code(state.origin)
         lines += ["# The motion above is that of a column, which starts where the one before ends."]
     lines += [
         "diagram = vi.bifurcation_diagram(",
-        f"    system, initial={begin},",
-        f"    periods={detail.periods}, keep={detail.keep}, start={state.start!r}, labels=False,",
+        f"    {machine.family_code(state.vary.name)},",
+        f"    initial={begin},",
+        f"    periods={detail.periods}, keep={detail.keep}, start={state.start!r},{quick}",
         f"    max_events={compute.MOST_EVENTS},",
         f"    {_values(state.vary, detail.columns)},",
         ")",
     ]
-    shown = _SECTION.get(state.value, f"value={state.value!r}")
-    color = "" if state.value in _SECTION else ", color='regime'"
-    drawn = [f"ax = vi.plot.bifurcation(diagram, {shown}{color})"]
+    call, shown = machine.drawn_code(state.value, state.shown)
+    drawn = [f"ax = {call}(diagram, {shown})"]
     if state.branch:
         lines += [
             "",
@@ -125,16 +94,17 @@ def _diagram(state: State, detail: compute.Detail) -> tuple[list[str], list[str]
             f"    {state.vary.name}=({state.vary.low!r}, {state.vary.high!r}),",
             ")",
         ]
+        plain = shown.replace(_COLOR, "")
         rough = state.system.friction > 0.0 or state.vary.name == "friction"
-        if color and rough:
+        if plain != shown and rough:
             # The key of the branch stands above the picture, so that of the regimes is left out.
             drawn = [
-                f"ax = vi.plot.bifurcation(diagram, {shown}{color}, legend=False)",
-                f"vi.plot.branches(branch, {shown}, ax=ax)",
+                f"ax = {call}(diagram, {shown}, legend=False)",
+                f"vi.plot.branches(branch, {plain}, ax=ax)",
             ]
         else:
             # On black points no branch would be seen; these are grey.
-            drawn = [f"ax = vi.plot.branches(branch, diagram=diagram, {shown})"]
+            drawn = [f"ax = vi.plot.branches(branch, diagram=diagram, {plain})"]
     return lines, [*drawn, "ax.figure.savefig('diagram.pdf')"]
 
 

@@ -6,27 +6,28 @@ number that a reader's own call gives. Every call has a cap on its events.
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import SimulationError
 from ..orbits import Branch, PeriodicMotion, follow_motion
-from ..run import Run
 from ..simulation import simulate
-from ..sweeps import Basins, Chart, Diagram, bifurcation_diagram, chart, sweep
+from ..sweeps import Basins, Chart, bifurcation_diagram, chart
 from ..sweeps.basins import basins
-from ..system import System
-from .state import Axis, State
+from .axis import Axis
+from .machine import Machine, Motion
+from .state import State
 
 Array = NDArray[np.float64]
 
 # Drive periods of the motion on the page, how many are in its sections, and in its history.
 PERIODS, KEEP, SHOWN = 600, 100, 8
-# Length of a motion without a drive.
-TIME = 30.0
 # Samples per drive period, and of a motion without a drive.
 SAMPLES, SAMPLES_OF_TIME = 120, 1200
 # A run on the page ends after so many events: some tenths of a second.
@@ -57,48 +58,37 @@ FINE = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """The motion of a state, sampled for the views.
-
-    Attributes
-    ----------
-    run
-        As ``vi.simulate`` gives it.
-    time
-        Times of the samples, shape (k,).
-    states
-        x1, v1, x2, v2 at these times, shape (k, 4).
-    """
-
-    run: Run
-    time: Array
-    states: Array
-
-
-def run_options(system: System) -> dict[str, Any]:
+def run_options(machine: Machine) -> dict[str, Any]:
     """Return the length of the motion on the page: drive periods, or a time without a drive."""
-    if system.drive_frequency == 0.0:
-        return {"time": TIME}
-    return {"periods": PERIODS, "keep": KEEP}
+    return {"periods": PERIODS, "keep": KEEP} if machine.driven else {"time": machine.time}
+
+
+def detail(state: State, details: Mapping[str, Detail]) -> Detail:
+    """Return how finely the map of a state is computed: large machines have fewer cells."""
+    usual, effort = details[state.map], state.machine.effort
+    return dataclasses.replace(
+        usual, columns=max(usual.columns // effort, 2), rows=usual.rows // effort
+    )
 
 
 def motion(state: State) -> Motion:
     """Simulate the motion of a state, and sample the end of it."""
-    run = simulate(
-        state.system,
-        initial=state.initial,
+    machine = state.machine
+    run: Any = simulate(
+        machine.system,
+        initial=machine.begin(state.initial),
         max_events=MOST_EVENTS,
-        **run_options(state.system),
+        **run_options(machine),
     )
     end = run.final_state.time
-    if state.system.drive_frequency == 0.0:
-        time = np.linspace(run.kept_from, end, SAMPLES_OF_TIME)
-    else:
-        begin = max(run.kept_from, end - SHOWN * state.system.drive_period)
+    if machine.driven:
+        begin = max(run.kept_from, end - SHOWN * machine.drive_period)
         time = np.linspace(begin, end, SHOWN * SAMPLES + 1)
+    else:
+        time = np.linspace(run.kept_from, end, SAMPLES_OF_TIME)
     time = np.clip(time, run.kept_from, end)
-    return Motion(run, time, run.trajectory(time))
+    states, forces = machine.sampled(run, time)
+    return Motion(machine, run, time, states, forces, state.shown)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,38 +103,46 @@ class Verdict:
         What the label stands on, in words.
     exponent, error
         Largest Lyapunov exponent and its standard error; NaN where there is none.
+    unknown
+        Why there is no exponent, or nothing.
     periodic
         The periodic motion that the run has settled on; None if there is none.
+    stability
+        What its multipliers say, in a word.
     """
 
     label: str
     evidence: str
     exponent: float
     error: float
-    periodic: PeriodicMotion | None
+    unknown: str
+    periodic: Any
+    stability: str
 
 
-def verdict(state: State, run: Run) -> Verdict:
+def verdict(state: State, run: Any) -> Verdict:
     """Label a run, measure its largest exponent, and find its periodic motion."""
-    system = state.system
-    if system.drive_frequency == 0.0:
-        return Verdict(run.label, str(run.period.evidence), math.nan, math.nan, None)
-    cell = sweep(
-        system,
-        initial=state.initial,
-        periods=PERIODS,
-        keep=KEEP,
-        exponents=True,
-        max_events=MOST_EVENTS,
-        drive_frequency=[system.drive_frequency],
-    )
+    machine = state.machine
+    exponent, error, unknown = math.nan, math.nan, ""
+    evidence = str(run.period.evidence)
+    if not machine.driven:
+        return Verdict(run.label, evidence, exponent, error, unknown, None, "")
+    try:
+        exponent, error = machine.exponent(
+            state.initial, periods=PERIODS, keep=KEEP, max_events=MOST_EVENTS
+        )
+    except SimulationError as failure:
+        unknown = str(failure)
     found = run.refine() if run.period.m is not None else None
     return Verdict(
         label=run.label,
-        evidence=str(run.period.evidence),
-        exponent=float(cell.largest_exponent[0]),
-        error=float(cell.exponent_error[0]),
-        periodic=found if isinstance(found, PeriodicMotion) else None,
+        evidence=evidence,
+        exponent=exponent,
+        error=error,
+        unknown=unknown,
+        # A motion that was not found counts as False.
+        periodic=found or None,
+        stability=machine.stability(found) if found else "",
     )
 
 
@@ -157,19 +155,20 @@ def has_periods(state: State) -> bool:
     """Whether the motions of the map of a state have drive periods, which it counts."""
     axes = {"diagram": (state.vary,), "chart": (state.across, state.upward)}.get(state.map, ())
     varied = any(axis.name == "drive_frequency" for axis in axes)
-    return varied or state.system.drive_frequency > 0.0
+    return varied or state.machine.driven
 
 
-def diagram(state: State, detail: Detail) -> Diagram:
+def diagram(state: State, detail: Detail) -> Any:
     """Compute the bifurcation diagram of a state."""
+    machine = state.machine
     return bifurcation_diagram(
-        state.system,
-        initial=state.diagram_initial,
+        machine.family(state.vary.name),
+        initial=machine.begin(state.diagram_initial),
         periods=detail.periods,
         keep=detail.keep,
         start=state.start,  # checked by State
-        labels=False,
         max_events=MOST_EVENTS,
+        **machine.quick,
         **axis_values((state.vary, detail.columns)),
     )
 

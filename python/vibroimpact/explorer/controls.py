@@ -11,40 +11,16 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from bokeh.models import Column, Div, Row, Select, Slider, Spacer, TextInput
+from bokeh.models import Column, Div, Row, Select, Slider, TextInput
 
-from .._core import CONTACTS, LAWS, PARAMETERS
 from ..errors import ParameterError, StateError
 from . import theme
-from .state import COORDINATES, Axis, State, read_number, write_number
+from .axis import Axis
+from .machine import Machine
+from .state import State, axis_names, read_number, write_number
 from .views import parts
 
-# What the sliders reach; a parameter without an entry has the last one.
-RANGES: dict[str, tuple[float, float]] = {
-    "mass_ratio": (0.0, 2.0),
-    "frequency_ratio": (0.0, 4.0),
-    "restitution": (0.0, 1.0),
-    "gap": (-0.5, 1.5),
-    "drive_frequency": (0.0, 4.5),
-    "pendulum_damping": (0.0, 0.5),
-    "oscillator_damping": (0.0, 0.5),
-    "moment_amplitude": (0.0, 3.0),
-    "force_amplitude": (0.0, 3.0),
-    "static_moment": (-1.0, 1.0),
-    "static_force": (-1.0, 1.0),
-    "friction": (0.0, 1.5),
-    "phase": (0.0, math.tau),
-}
-USUAL = (-2.0, 2.0)
-GROUPS = {
-    "Machine": ("mass_ratio", "frequency_ratio", "gap", "pendulum_damping", "oscillator_damping"),
-    "Impact": ("restitution", "friction"),
-    "Drive and constant loads": (
-        *("drive_frequency", "moment_amplitude", "force_amplitude", "phase"),
-        *("static_moment", "static_force"),
-    ),
-}
-_TITLES = {"contact": "contact", "law": "law of restitution"}
+_TITLES = {"law": "law of restitution", "simultaneous": "several stops at once"}
 _STEPS = 1000
 # Characters for which a number's field has place.
 _PLACES = 8
@@ -67,6 +43,8 @@ class NumberControl:
     ----------
     name
         Of the number.
+    machine
+        Whose number it is.
     change
         Tries a new value; raises the package's error if it is refused.
     move
@@ -76,12 +54,13 @@ class NumberControl:
     def __init__(
         self,
         name: str,
+        machine: Machine,
         change: Callable[[str, float], None],
         move: Callable[[str, float], None],
     ) -> None:
         self._name, self._change, self._move, self._quiet = name, change, move, False
         self._value = 0.0
-        low, high = RANGES.get(name, USUAL)
+        low, high = machine.span(name)
         step = (high - low) / _STEPS
         self.slider = Slider(
             **{"start": low, "end": high, "step": step, "value": low, "title": None},
@@ -91,9 +70,7 @@ class NumberControl:
         self.field = TextInput(
             **{"name": name, "width": 74, "margin": 0, "stylesheets": sheets(), "height": 22},
         )
-        symbol, words = parts.SYMBOLS.get(name, ""), name.replace("_", " ")
-        title = words if name in COORDINATES else f"{symbol}&ensp;{words}"
-        title = symbol if name in COORDINATES else title
+        title = "&ensp;".join(filter(None, (machine.symbol(name), machine.words(name))))
         self.error = parts.text(visible=False, sizing_mode="stretch_width", name=f"{name}-error")
         self.slider.on_change("value", self._moved)
         self.field.on_change("value", self._typed)
@@ -109,9 +86,11 @@ class NumberControl:
         )
 
     def show(self, value: float) -> None:
-        """Show a value that was accepted."""
+        """Show a value that was accepted; NaN: that there are several."""
         self._value = value
         slider, text = self.slider, _field_text(value)
+        if math.isnan(value):
+            value = rounded(slider.value)
         if self.field.value == text and rounded(slider.value) == value and not self.error.visible:
             return
         self._quiet = True
@@ -136,6 +115,9 @@ class NumberControl:
         try:
             # What the field shows of the value in force may be less than all of its digits.
             same = new == _field_text(self._value)
+            if same and math.isnan(self._value):
+                self._say("")
+                return
             value = self._value if same else read_number(self._name, new)
         except ParameterError as error:
             self._say(str(error))
@@ -159,6 +141,8 @@ class NumberControl:
 
 def _field_text(value: float) -> str:
     """Return a number as its field shows it: rounded, if the whole one has no place in it."""
+    if math.isnan(value):
+        return "differ"
     texts = (write_number(value), *(f"{value:.{digits}g}" for digits in range(_PLACES, 0, -1)))
     return next((text for text in texts if len(text) <= _PLACES), texts[-1])
 
@@ -203,8 +187,8 @@ class AxisControl:
     ----------
     field
         Of the state.
-    names
-        To choose from.
+    machine
+        Whose numbers can be chosen from.
     change
         Tries a new axis; raises the package's error if it is refused.
     fail
@@ -214,13 +198,15 @@ class AxisControl:
     def __init__(
         self,
         field: str,
-        names: tuple[str, ...],
+        machine: Machine,
         change: Callable[..., None],
         fail: Callable[[Exception | None], None],
     ) -> None:
         self._field, self._change, self._fail, self._quiet = field, change, fail, False
         self._axis: Axis | None = None
-        pairs = [(name, parts.name_of(name)) for name in names]
+        self._machine = machine
+        names = axis_names(machine)[field]
+        pairs = [(name, machine.name_of(name)) for name in names]
         options = {"sizing_mode": "fixed", "width": 168 if len(names) > 4 else 78}
         self._name = ChoiceControl(field, pairs, self._named, **options)
         self._ends = {
@@ -252,8 +238,7 @@ class AxisControl:
             # After another name was refused: with the range in force.
             self._try(self._axis)
         else:
-            low, high = _usual_range(name)
-            self._try(Axis(name=name, low=low, high=high))
+            self._try(self._machine.usual(name))
 
     def _typed(self, _name: str, _old: str, _new: str) -> None:
         """Try the range that both fields show: one that was refused may now be right."""
@@ -302,24 +287,22 @@ def _end_text(axis: Axis, end: str) -> str:
     return write_number(float(f"{getattr(axis, end):.10g}"))
 
 
-def _usual_range(name: str) -> tuple[float, float]:
-    low, high = RANGES.get(name, USUAL)
-    # Runs are counted in drive periods, which a frequency of 0 has not.
-    return (0.2, high) if name == "drive_frequency" else (low, high)
-
-
 class Controls:
-    """All controls of system and start, in groups.
+    """All controls of machine and start, in groups.
 
     Parameters
     ----------
+    machine
+        Of the page.
     change
         Tries to change fields of the state by name; raises the package's error if it is refused.
     move
         Does so for sliders.
     """
 
-    def __init__(self, change: Callable[..., None], move: Callable[..., None]) -> None:
+    def __init__(
+        self, machine: Machine, change: Callable[..., None], move: Callable[..., None]
+    ) -> None:
         def one(name: str, value: float) -> None:
             change(**{name: value})
 
@@ -335,21 +318,27 @@ class Controls:
             else:
                 self.error.visible = False
 
-        self.numbers = {
-            name: NumberControl(name, one, moved) for name in (*PARAMETERS, *COORDINATES)
-        }
+        groups = dict(machine.groups) | ({"Start": machine.starts} if machine.starts else {})
+        named = [name for names in groups.values() for name in names]
         self.choices = {
-            "contact": ChoiceControl("contact", CONTACTS, tried),
-            "law": ChoiceControl("law", LAWS, tried),
+            name: ChoiceControl(name, allowed, tried) for name, allowed in machine.choices.items()
+        }
+        self.numbers = {
+            name: NumberControl(name, machine, one, moved)
+            for name in named
+            if name not in machine.choices
         }
         self.error = parts.text(visible=False, sizing_mode="stretch_width", name="choice-error")
         children: list[Any] = []
-        for title, names in (*GROUPS.items(), ("Start", COORDINATES)):
+        for title, names in groups.items():
             children.append(parts.text(f'<div class="group">{title}</div>'))
-            if title == "Impact":
-                pair = [self._titled("contact"), Spacer(width=6), self._titled("law")]
-                children += [Row(*pair, sizing_mode="stretch_width"), self.error]
-            children += [self.numbers[name].root for name in names]
+            lists = [self._titled(name) for name in names if name in self.choices]
+            if lists:
+                children += [
+                    Row(*lists, spacing=6, sizing_mode="stretch_width"),
+                    self.error,
+                ]
+            children += [self.numbers[name].root for name in names if name in self.numbers]
         # As high as its children, however low the window is.
         self.root = parts.card(
             *children, width=264, sizing_mode=None, height_policy="min", spacing=0
@@ -357,12 +346,13 @@ class Controls:
 
     def _titled(self, name: str) -> Column:
         """Return a list with its title above it."""
-        title = parts.text(_TITLES[name], margin=(2, 0, 0, 0))
+        title = parts.text(_TITLES.get(name, name), margin=(2, 0, 0, 0))
         return Column(title, self.choices[name].root, sizing_mode="stretch_width")
 
     def show(self, state: State) -> None:
         """Show a state."""
-        values = state.system.to_dict() | dict(zip(COORDINATES, state.initial, strict=True))
+        values: dict[str, Any] = state.machine.numbers()
+        values |= zip(state.machine.coordinates, state.initial, strict=True)
         for name, number in self.numbers.items():
             number.show(values[name])
         for name, choice in self.choices.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from bokeh.document import Document
@@ -22,12 +22,11 @@ from bokeh.models import (
 from jinja2 import Template
 
 from . import theme
-from .controls import sheets
-from .state import MAPS
+from .controls import ChoiceControl, sheets
+from .machine import Machine
 from .views import parts
 from .views.columns import Sources
 from .views.history import HistoryView
-from .views.machine import MachineView
 from .views.portrait import PortraitView
 from .views.sections import SectionViews
 from .views.verdict import VerdictView
@@ -87,16 +86,34 @@ class Frame:
 
     Parameters
     ----------
+    machine, shown
+        Whose views they are, and the coordinate that is looked at.
     controls, maps
         What stands on the left, and below on the right.
     presets
         Names for the list of the header.
+    look
+        Gets another coordinate to look at.
     """
 
-    def __init__(self, controls: Any, maps: Any, presets: Iterable[str]) -> None:
-        sources = Sources()
-        self.machine, self.history = MachineView(sources), HistoryView(sources)
-        self.portrait, self.sections = PortraitView(sources), SectionViews(sources)
+    def __init__(
+        self,
+        machine: Machine,
+        shown: str,
+        controls: Any,
+        maps: Any,
+        presets: Iterable[str],
+        look: Callable[[str, str], None],
+    ) -> None:
+        sources = Sources(machine, shown)
+        self.machine = machine.drawing()(machine, sources)
+        self.history = HistoryView(machine, shown, sources)
+        self.portrait = PortraitView(machine, shown, sources)
+        self.sections = SectionViews(machine, sources)
+        pairs = [(name, machine.name_of(name)) for name in machine.shown]
+        usual: dict[str, Any] = {"width": 70, "sizing_mode": "fixed"}
+        self.shown = ChoiceControl("shown", pairs, look, **usual)
+        self.shown.root.visible = len(pairs) > 1
         self.what = VerdictView()
         # The machine comes last, since it reads and moves the others.
         self.views = (self.history, self.portrait, self.sections, self.machine)
@@ -109,7 +126,8 @@ class Frame:
         self.address = ColumnDataSource(name="address")
         # On their way to the browser, which saves them.
         self.files = {
-            name: Div(name=f"{name}-file", tags=[name], visible=False) for name in ("motion", *MAPS)
+            name: Div(name=f"{name}-file", tags=[name], visible=False)
+            for name in ("motion", *machine.maps)
         }
         for file in self.files.values():
             file.js_on_change("text", CustomJS(code=_DOWNLOAD))
@@ -130,15 +148,10 @@ class Frame:
 
     def enter(self, document: Document, *, owns_address: bool) -> None:
         """Put the page into a document."""
-        others = {
-            "now_1": self.history.now_1,
-            "now_2": self.history.now_2,
-            "here_1": self.portrait.here_1,
-            "here_2": self.portrait.here_2,
-        }
+        dots = [*self.history.dots, *self.portrait.dots]
         figures = [*self.root.select({"type": Plot})]
         document.js_on_event("document_ready", CustomJS(args={"figures": figures}, code=_PLACES))
-        document.js_on_event("document_ready", self.machine.player(others))
+        document.js_on_event("document_ready", self.machine.player(dots))
         if owns_address:
             self.address.js_on_change("tags", CustomJS(code=_ADDRESS))
             prefers = CustomJS(args={"dark": self.dark}, code=_PREFERS)
@@ -192,7 +205,7 @@ class Frame:
         above = Row(
             parts.card(play, machine.figure),
             parts.card(history.heading, history.figure),
-            parts.card(portrait.heading, portrait.figure),
+            parts.card(Row(portrait.heading, self.shown.root, **wide), portrait.figure),
             height=300,
             spacing=10,
             stylesheets=[

@@ -18,25 +18,19 @@ from bokeh.models import (
     Toggle,
 )
 
-from .._core import PARAMETERS
 from ..errors import ParameterError, SimulationError, StateError
-from ..sweeps import Basins, Chart, Diagram
 from . import theme
+from .axis import Axis
 from .controls import AxisControl, ChoiceControl, sheets
-from .state import COORDINATES, MAPS, STARTS, VALUES, Axis, State
+from .machine import Machine
+from .state import STARTS, State
 from .theme import Palette
 from .views import parts
 from .views.cells import CellsView
 from .views.diagram import DiagramView
 
 Change = Callable[..., None]
-_TITLES = ("Diagram", "Chart", "Basins")
-_VALUES = {
-    "x1": "x₁ at impact",
-    "approach_velocity": "approach velocity",
-    "phase": "phase at impact",
-    "stroboscopic": "x₁ once per period",
-}
+_TITLES = {"diagram": "Diagram", "chart": "Chart", "basins": "Basins"}
 _STARTS = {"fresh": "each from the start", "forward": "followed up", "backward": "followed down"}
 _HINT = '<span class="muted">click: that motion; drag a box: zoom; <i>range before</i>: back</span>'
 # What a box in a map gives a new range, rightward and upward.
@@ -46,28 +40,28 @@ _SAME = 1e-9
 
 
 class MapsCard:
-    """The three maps.
+    """The maps of a machine.
 
     Parameters
     ----------
+    machine
+        Whose maps they are.
     change
         Changes fields of the state by name; raises the package's error if it is refused.
     choose
         Does the same for a click that chooses a motion.
     """
 
-    def __init__(self, change: Change, choose: Change) -> None:
+    def __init__(self, machine: Machine, change: Change, choose: Change) -> None:
+        self._machine = machine
         self._try, self._choose = self._tried(change), self._tried(choose)
         self._state: State | None = None
         # Of each map, the ranges to go back to: of its axes, and of what a diagram draws.
         self._before: dict[str, list[tuple[dict[str, Axis], tuple[float, float] | None]]] = {}
         self._height: tuple[float, float] | None = None
-        self.result: Diagram | Chart | Basins | None = None
-        self.diagram, self.chart, self.basins = (
-            DiagramView(),
-            CellsView("chart"),
-            CellsView("basins"),
-        )
+        self.result: Any = None
+        self.diagram = DiagramView(machine)
+        self.chart, self.basins = CellsView("chart", machine), CellsView("basins", machine)
         self.message = parts.text(visible=False, sizing_mode="stretch_width", name="map-error")
         # What is wrong with the ranges in the fields; it does not hide what is said of the map.
         self.refusal = parts.text(visible=False, sizing_mode="stretch_width", name="range-error")
@@ -75,27 +69,27 @@ class MapsCard:
 
     def _build(self, change: Change) -> None:
         button: dict[str, Any] = {"margin": 0, "stylesheets": sheets(), "height": 26}
-        self._tabs = RadioButtonGroup(labels=list(_TITLES), active=0, name="map", **button)
+        titles = [_TITLES[name] for name in self._machine.maps]
+        self._tabs = RadioButtonGroup(labels=titles, active=0, name="map", **button)
+        # Where there is one map, nothing is to be chosen.
+        self._tabs.visible = len(titles) > 1
         self._tabs.on_change("active", self._tab)
         self._quiet = False
         self._branch = Toggle(label="branch", name="branch", width=66, **button)
+        self._branch.visible = self._machine.branches
         self._branch.on_change("active", self._branched)
         self._back = Button(label="range before", name="back", width=100, disabled=True, **button)
         self._back.on_click(self.go_back)
         axis = {
-            field: AxisControl(
-                field,
-                COORDINATES if name == "basins" else tuple(PARAMETERS),
-                self._axis(name, change),
-                self.refuse,
-            )
+            field: AxisControl(field, self._machine, self._axis(name, change), self.refuse)
             for name, fields in _ZOOMED.items()
+            if name in self._machine.maps
             for field in fields
         }
         self._axes = axis
         wide = {"sizing_mode": "fixed"}
         self._value = ChoiceControl(
-            "value", [(v, _VALUES[v]) for v in VALUES], self._named, width=160, **wide
+            "value", [*self._machine.values.items()], self._named, width=170, **wide
         )
         self._start = ChoiceControl(
             "start", [(s, _STARTS[s]) for s in STARTS], self._named, width=160, **wide
@@ -106,17 +100,11 @@ class MapsCard:
             "sizing_mode": "stretch_width",
             "stylesheets": wrapped,
         }
-        self._rows = {
-            "diagram": [
-                Row(axis["vary"].root, self._branch, **gap),
-                Row(self._value.root, self._start.root, **gap),
-            ],
-            "chart": [axis["across"].root, axis["upward"].root],
-            "basins": [Row(axis["right"].root, axis["up"].root, **gap)],
-        }
         self._bodies = {
             name: Column(
-                *(*self._rows[name], view.figure, view.key), spacing=4, sizing_mode="stretch_both"
+                *(*self._row(name, gap), view.figure, view.key),
+                spacing=4,
+                sizing_mode="stretch_both",
             )
             for name, view in self._views().items()
         }
@@ -124,6 +112,7 @@ class MapsCard:
         self.root = parts.card(
             top, self.message, self.refusal, *self._bodies.values(), min_height=380
         )
+        # Those of other machines are never seen.
         self.diagram.figure.on_event(Tap, self._tap_diagram)
         self.chart.figure.on_event(Tap, self._tap_chart)
         self.basins.figure.on_event(Tap, self._tap_basins)
@@ -131,14 +120,25 @@ class MapsCard:
             view.figure.on_event(RangesUpdate, partial(self._zoomed, name))
             view.figure.on_event(DoubleTap, lambda _event: self.go_back())
 
+    def _row(self, name: str, gap: dict[str, Any]) -> list[Any]:
+        """Return the fields above a map."""
+        axes = [self._axes[field].root for field in _ZOOMED[name]]
+        if name == "diagram":
+            return [
+                Row(*axes, self._branch, **gap),
+                Row(self._value.root, self._start.root, **gap),
+            ]
+        return axes if name == "chart" else [Row(*axes, **gap)]
+
     def _views(self) -> dict[str, Any]:
-        return {"diagram": self.diagram, "chart": self.chart, "basins": self.basins}
+        views = {"diagram": self.diagram, "chart": self.chart, "basins": self.basins}
+        return {name: views[name] for name in self._machine.maps}
 
     def show_state(self, state: State) -> None:
         """Show names and ranges of a state, and mark its motion."""
         self._state = state
         self._quiet = True
-        self._tabs.active = MAPS.index(state.map)
+        self._tabs.active = self._machine.maps.index(state.map)
         self._branch.active = state.branch
         self._quiet = False
         for name, control in self._axes.items():
@@ -156,10 +156,11 @@ class MapsCard:
         if state.map == "diagram":
             self.diagram.frame(state)
         elif state.map == "chart":
-            at = [getattr(state.system, axis.name) for axis in (state.across, state.upward)]
+            numbers: dict[str, Any] = state.machine.numbers()
+            at = [numbers[axis.name] for axis in (state.across, state.upward)]
             self.chart.frame(state.across, state.upward, (at[0], at[1]))
         else:
-            start = dict(zip(COORDINATES, state.initial, strict=True))
+            start = dict(zip(state.machine.coordinates, state.initial, strict=True))
             here = (start[state.right.name], start[state.up.name])
             self.basins.frame(state.right, state.up, here)
 
@@ -167,15 +168,15 @@ class MapsCard:
         """Forget the ranges to go back to, for another system."""
         self._before, self._height = {}, None
 
-    def show(self, result: Diagram | Chart | Basins, state: State, palette: Palette) -> None:
+    def show(self, result: Any, state: State, palette: Palette) -> None:
         """Draw a result."""
         self.say(None)
         self.result = result
         self._views()[state.map].sign.show(visible=False)
-        if isinstance(result, Diagram):
+        if state.map == "diagram":
             self.diagram.show(result, state, palette)
             self.diagram.fit(self._height)
-        elif isinstance(result, Chart):
+        elif state.map == "chart":
             self.chart.show_chart(result, palette)
         else:
             self.basins.show_basins(result, palette)
@@ -243,8 +244,8 @@ class MapsCard:
         self._try(**{field: name})
 
     def _tab(self, _name: str, _old: int, new: int) -> None:
-        if not self._quiet and new in range(len(MAPS)):
-            self._try(map=MAPS[new])
+        if not self._quiet and new in range(len(self._machine.maps)):
+            self._try(map=self._machine.maps[new])
 
     def _branched(self, _name: str, _old: bool, new: bool) -> None:
         if not self._quiet:
@@ -271,28 +272,31 @@ class MapsCard:
 
     def _tap_diagram(self, event: Tap) -> None:
         diagram, state = self.result, self._state
-        if not isinstance(diagram, Diagram) or event.x is None or state is None:
+        if diagram is None or event.x is None or state is None:
             return
         place = _place(diagram.values, float(event.x))
         changes: dict[str, Any] = {
-            diagram.parameter_name: float(diagram.values[place]),
+            state.vary.name: float(diagram.values[place]),
             "initial": state.diagram_initial,
         }
         if state.start != "fresh":
             # Where the column before has ended, so that the motion is that of the column.
             try:
-                changes |= {"initial": diagram.run(place).initial, "origin": state.diagram_initial}
+                begun = state.machine.column_start(
+                    diagram, place, state.start, state.diagram_initial
+                )
+                changes |= {"initial": begun, "origin": state.diagram_initial}
             except (ParameterError, StateError, SimulationError) as error:
                 self.say(error)
                 return
         self._choose(**changes)
 
     def _tap_chart(self, event: Tap) -> None:
-        if isinstance(self.result, Chart):
+        if self.result is not None:
             self._choose(**_cell(self.result, event))
 
     def _tap_basins(self, event: Tap) -> None:
-        if isinstance(self.result, Basins):
+        if self.result is not None:
             self._choose(**_cell(self.result, event))
 
 
@@ -307,7 +311,7 @@ def _same(one: Axis, other: Axis) -> bool:
     return abs(one.low - other.low) < within and abs(one.high - other.high) < within
 
 
-def _cell(result: Chart | Basins, event: Tap) -> dict[str, float]:
+def _cell(result: Any, event: Tap) -> dict[str, float]:
     if event.x is None or event.y is None:
         return {}
     (first, x), (second, y) = result.axes.items()

@@ -12,7 +12,8 @@ from __future__ import annotations
 from typing import Any
 
 from ..system import System
-from .state import Axis, State
+from .axis import Axis
+from .state import State
 
 _INITIAL = (0.0, 0.5, 0.0, 0.0)
 
@@ -21,7 +22,7 @@ def _paper(*, vary: tuple[float, float] = (0.2, 4.0), **changes: Any) -> State:
     parameters = {"drive_frequency": 1.8, "moment_amplitude": 1.0} | changes
     system = System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5, **parameters)
     axis = Axis(name="drive_frequency", low=vary[0], high=vary[1])
-    return State(system=system, initial=_INITIAL, vary=axis, across=axis)
+    return State.of(system, initial=_INITIAL, vary=axis, across=axis)
 
 
 def _damped(pendulum: float, force: float) -> dict[str, Any]:
@@ -56,8 +57,8 @@ PRESETS: dict[str, State] = {
         right=Axis(name="x1", low=-1.0, high=0.4),
         up=Axis(name="v1", low=-1.0, high=1.0),
     ),
-    "Impact oscillator (a wall)": State(
-        system=System(
+    "Impact oscillator (a wall)": State.of(
+        System(
             mass_ratio=0.0,
             frequency_ratio=1.0,
             restitution=0.8,
@@ -73,8 +74,8 @@ PRESETS: dict[str, State] = {
         upward=Axis(name="restitution", low=0.4, high=1.0),
         right=Axis(name="x1", low=-2.0, high=0.0),
     ),
-    "Two oscillators head on": State(
-        system=System(
+    "Two oscillators head on": State.of(
+        System(
             mass_ratio=0.6,
             frequency_ratio=1.6,
             restitution=0.7,
@@ -91,8 +92,8 @@ PRESETS: dict[str, State] = {
         upward=Axis(name="gap", low=0.0, high=1.0),
         right=Axis(name="x1", low=-1.0, high=0.2),
     ),
-    "Bouncing ball": State(
-        system=System(
+    "Bouncing ball": State.of(
+        System(
             mass_ratio=0.0,
             frequency_ratio=0.0,
             restitution=0.9,
@@ -107,8 +108,8 @@ PRESETS: dict[str, State] = {
         across=Axis(name="restitution", low=0.0, high=1.0),
         right=Axis(name="x1", low=-2.0, high=0.0),
     ),
-    "Ball on a vibrating table: 2-2": State(
-        system=System(
+    "Ball on a vibrating table: 2-2": State.of(
+        System(
             mass_ratio=0.0,
             frequency_ratio=0.0,
             restitution=0.8,

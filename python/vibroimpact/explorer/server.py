@@ -10,18 +10,19 @@ import errno
 import gc
 import logging
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from ..arguments import count, flag, reject
-from ..arguments import state as checked_state
 from ..errors import ParameterError, StateError
 from ..extras import missing
 from ..interruption import interruptible
-from ..simulation import refuse_overlap
+from ..structure import Structure
 from ..system import System
-from .presets import DEFAULT, FIRST
-from .state import Axis, State, from_query
+from .presets import FIRST
+from .state import State, from_query
 
 ADDRESS = "127.0.0.1"
 _HOSTS = (ADDRESS, "localhost")
@@ -37,14 +38,14 @@ def need_bokeh() -> None:
 
 @interruptible
 def explore(
-    system: System | None = None,
+    system: System | Structure | None = None,
     *,
-    initial: Sequence[float] | None = None,
+    initial: ArrayLike | None = None,
     port: int = 0,
     browser: bool = True,
     notebook_url: str | None = None,
 ) -> None:
-    """Show a system on a live page in the browser: machine, sections, diagrams, charts, basins.
+    """Show a system or a structure on a live page in the browser: its motion, sections, diagrams.
 
     In a script or on the command line the call serves the page until Ctrl-C. In a Jupyter notebook
     it shows the page in the output of the cell, and returns. Nothing leaves this machine
@@ -53,9 +54,11 @@ def explore(
     Parameters
     ----------
     system
-        Where the page begins; by default a system of the paper with two coexisting motions.
+        Where the page begins: a System, or a Structure, whose stops and drive the page can change;
+        by default a system of the paper with two coexisting motions.
     initial
-        (x1, v1, x2, v2) at t = 0; by default at rest, or the paper's.
+        (x1, v1, x2, v2) at t = 0, of a structure the rows q and v, (2, N); by default at rest, or
+        the paper's.
     port
         Port on 127.0.0.1; 0 takes a free one.
     browser
@@ -93,7 +96,7 @@ def explore(
     server.run(browser=browser)
 
 
-def first_state(system: System | None, initial: Sequence[float] | None) -> State:
+def first_state(system: System | Structure | None, initial: ArrayLike | None) -> State:
     """Return the state with which a page begins.
 
     Raises
@@ -103,31 +106,14 @@ def first_state(system: System | None, initial: Sequence[float] | None) -> State
     """
     if system is None:
         state = FIRST
+    elif isinstance(system, System | Structure):
+        state = State.of(system, own=True)
     else:
-        if not isinstance(system, System):
-            reject("system", system, "a vibroimpact.System, or None")
-        state = DEFAULT.replace(system=system, initial=(0.0, 0.0, 0.0, 0.0))
-        value = "approach_velocity" if system.is_wall else "x1"
-        state = state.replace(value=value, **_ranges(system))
+        reject("system", system, "a vibroimpact.System, a vibroimpact.Structure, or None")
     if initial is not None:
-        state = state.replace(initial=checked_state(initial))
-    refuse_overlap(state.system, state.initial)
+        state = state.replace(initial=state.machine.flat(initial))
+    state.machine.refuse_start(state.initial)
     return state
-
-
-def _ranges(system: System) -> dict[str, Any]:
-    """Return ranges of the diagram and the chart around a system's own values."""
-
-    def around(name: str, value: float) -> Axis:
-        return Axis(name=name, low=0.5 * value, high=1.5 * value)
-
-    ranges: dict[str, Any] = {}
-    if system.drive_frequency > 0.0:
-        axis = around("drive_frequency", system.drive_frequency)
-        ranges |= {"vary": axis, "across": axis}
-    if system.moment_amplitude > 0.0:
-        ranges["upward"] = around("moment_amplitude", system.moment_amplitude)
-    return ranges
 
 
 class LocalServer:
@@ -226,7 +212,7 @@ def _application(state: State, *, owns_address: bool = True) -> Any:
             given = document.session_context.request.arguments
             try:
                 begin = from_query(given, state)
-                first_state(begin.system, begin.initial)
+                begin.machine.refuse_start(begin.initial)
             except (ParameterError, StateError) as error:
                 begin, refused = state, error
         soon = IOLoop.current().add_callback

@@ -12,34 +12,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .._core import CONTACTS, LAWS, PARAMETERS
 from ..arguments import close_to, number, reject
-from ..arguments import state as checked_state
 from ..errors import ParameterError
-from ..system import System
+from .axis import Axis
+from .machine import Machine
+from .machines import machine_of
 
-COORDINATES = ("x1", "v1", "x2", "v2")
-MAPS = ("diagram", "chart", "basins")
-VALUES = ("x1", "approach_velocity", "phase", "stroboscopic")
 STARTS = ("fresh", "forward", "backward")
-# Fields whose values are one of a few names.
+# Fields whose values are one of a few names; those of the machine are beside them.
 CHOICES: dict[str, tuple[str, ...]] = {
-    "contact": CONTACTS,
-    "law": LAWS,
-    "map": MAPS,
-    "value": VALUES,
     "start": STARTS,
     "branch": ("off", "on"),
     "theme": ("light", "dark"),
 }
-# The number of the address's two axes of a chart, and so on, by the name of the first part.
-_AXES = {
-    "vary": tuple(PARAMETERS),
-    "across": tuple(PARAMETERS),
-    "upward": tuple(PARAMETERS),
-    "right": COORDINATES,
-    "up": COORDINATES,
-}
+# Axes of the maps: of the diagram, the chart, the basins.
+AXES = ("vary", "across", "upward", "right", "up")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 # Whole numbers below this are written without a decimal point.
 _WHOLE = 1e15
@@ -48,37 +35,13 @@ _LONGEST = 40
 
 
 @dataclass(frozen=True, kw_only=True)
-class Axis:
-    """A quantity that varies, and its range.
-
-    Attributes
-    ----------
-    name
-        Of a numeric parameter of System, or of a coordinate of the start.
-    low, high
-        Both ends, ``low < high``.
-    """
-
-    name: str
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        """Refuse an empty range."""
-        for end in ("low", "high"):
-            object.__setattr__(self, end, number(f"{self.name}: {end}", getattr(self, end)))
-        if not self.low < self.high:
-            reject(self.name, (self.low, self.high), "a range whose first end is the lower one")
-
-
-@dataclass(frozen=True, kw_only=True)
 class State:
     """All that a page of the explorer shows.
 
     Attributes
     ----------
-    system, initial
-        The machine, and its state (x1, v1, x2, v2) at t = 0.
+    machine, initial
+        The machine, and its state at t = 0 in the order of ``machine.coordinates``.
     origin
         Where a followed diagram begins, if the motion of the page is that of one of its columns,
         which starts elsewhere: in ``initial``. None: the diagram begins there, too.
@@ -87,8 +50,9 @@ class State:
     vary
         Parameter and range of the bifurcation diagram.
     value
-        What the diagram draws: ``x1``, ``approach_velocity`` or ``phase`` at impact, or x1 once per
-        drive period, ``stroboscopic``.
+        What the diagram draws: one of ``machine.values``.
+    shown
+        The coordinate that is looked at.
     start
         How the columns of the diagram start, as in ``vi.bifurcation_diagram``.
     across, upward
@@ -101,19 +65,42 @@ class State:
         ``light`` or ``dark``.
     """
 
-    system: System
-    initial: tuple[float, float, float, float]
-    origin: tuple[float, float, float, float] | None = None
+    machine: Machine
+    initial: tuple[float, ...]
+    origin: tuple[float, ...] | None = None
     map: str = "diagram"
-    vary: Axis = Axis(name="drive_frequency", low=0.5, high=3.0)
-    value: str = "x1"
+    vary: Axis
+    value: str
+    shown: str
     start: str = "fresh"
-    across: Axis = Axis(name="drive_frequency", low=0.5, high=3.0)
-    upward: Axis = Axis(name="moment_amplitude", low=0.2, high=2.0)
-    right: Axis = Axis(name="x1", low=-0.5, high=0.5)
-    up: Axis = Axis(name="v1", low=-1.5, high=1.5)
+    across: Axis
+    upward: Axis
+    right: Axis
+    up: Axis
     branch: bool = False
     theme: str = "light"
+
+    @classmethod
+    def of(cls, system: Any, *, own: bool = False, **fields: Any) -> State:
+        """Return a state of a system or a structure, at rest unless ``initial`` is given.
+
+        Parameters
+        ----------
+        system
+            The System or Structure.
+        own
+            Whether the maps have ranges around its own values.
+        **fields
+            Any other fields.
+
+        Raises
+        ------
+        ParameterError, StateError
+            As for a new state.
+        """
+        machine = machine_of(system)
+        rest: dict[str, Any] = {"initial": (0.0,) * len(machine.coordinates)}
+        return cls(machine=machine, **(rest | machine.first | machine.axes(own=own) | fields))
 
     def __post_init__(self) -> None:
         """Check every field.
@@ -123,15 +110,15 @@ class State:
         ParameterError, StateError
             Names the field, its value and what is allowed.
         """
-        if not isinstance(self.system, System):
-            reject("system", self.system, "a vibroimpact.System")
-        object.__setattr__(self, "initial", checked_state(self.initial))
+        object.__setattr__(self, "initial", self.machine.flat(self.initial))
         if self.origin is not None:
-            object.__setattr__(self, "origin", checked_state(self.origin))
-        for name in ("map", "value", "start", "theme"):
-            if getattr(self, name) not in CHOICES[name]:
-                reject(name, getattr(self, name), ", ".join(CHOICES[name]))
-        for name, known in _AXES.items():
+            object.__setattr__(self, "origin", self.machine.flat(self.origin))
+        for name, allowed in choices(self.machine).items():
+            # Those of the machine are checked by itself.
+            own = name in self.machine.choices or name == "branch"
+            if not own and getattr(self, name) not in allowed:
+                reject(name, getattr(self, name), ", ".join(allowed))
+        for name, known in axis_names(self.machine).items():
             axis = getattr(self, name)
             if axis.name not in known:
                 reject(name, axis.name, ", ".join(known))
@@ -140,7 +127,12 @@ class State:
                 reject(other, getattr(self, other).name, f"another one than of {one}")
 
     @property
-    def diagram_initial(self) -> tuple[float, float, float, float]:
+    def system(self) -> Any:
+        """The System or Structure."""
+        return self.machine.system
+
+    @property
+    def diagram_initial(self) -> tuple[float, ...]:
         """Where the diagram begins."""
         return self.initial if self.origin is None else self.origin
 
@@ -155,16 +147,22 @@ class State:
             As for a new state.
         """
         known = {field.name for field in dataclasses.fields(self)}
-        parameters = {k: v for k, v in changes.items() if k in (*PARAMETERS, "contact", "law")}
-        start = [changes.get(k, old) for k, old in zip(COORDINATES, self.initial, strict=True)]
-        fields = {k: v for k, v in changes.items() if k in known}
-        if unknown := set(changes) - known - set(parameters) - set(COORDINATES):
+        machine = self.machine
+        if "system" in changes:
+            machine = machine_of(changes.pop("system"))
+        own = {*machine.parameters, *machine.choices}
+        parameters = {name: value for name, value in changes.items() if name in own}
+        pairs = zip(machine.coordinates, self.initial, strict=False)
+        start = [changes.get(name, old) for name, old in pairs]
+        fields = {name: value for name, value in changes.items() if name in known}
+        if unknown := set(changes) - known - own - {*machine.coordinates}:
             name = min(unknown)
-            hint = close_to(name, [*known, *PARAMETERS, *COORDINATES])
+            hint = close_to(name, [*known, *own, *machine.coordinates])
             raise ParameterError(f"unknown name {name}{hint}")
-        if parameters:
-            fields["system"] = fields.get("system", self.system).replace(**parameters)
-        if set(changes) & set(COORDINATES):
+        if parameters or machine is not self.machine:
+            machine = fields.get("machine", machine)
+            fields["machine"] = machine.replace(**parameters) if parameters else machine
+        if set(changes) & set(machine.coordinates):
             fields["initial"] = tuple(start)
         if "initial" in fields:
             fields = {"origin": None} | fields
@@ -172,26 +170,38 @@ class State:
 
     def to_query(self) -> str:
         """Return the state as the query of an address, without question mark."""
-        system = self.system.to_dict()
-        fields: dict[str, str | float] = {name: system[name] for name in PARAMETERS}
-        fields |= {name: system[name] for name in ("contact", "law")}
-        fields |= zip(COORDINATES, self.initial, strict=True)
+        machine = self.machine
+        fields: dict[str, str | float] = machine.fields()
+        fields |= zip(machine.coordinates, self.initial, strict=True)
         if self.origin is not None:
-            fields |= zip(_ORIGIN, self.origin, strict=True)
-        fields |= {name: getattr(self, name) for name in ("map", "value", "start", "theme")}
+            fields |= zip(_origin(machine), self.origin, strict=True)
+        names = ["map", "value", "start", "theme"]
+        names += ["shown"] if len(machine.shown) > 1 else []
+        fields |= {name: getattr(self, name) for name in names}
         fields["branch"] = "on" if self.branch else "off"
-        for name in _AXES:
+        for name in AXES:
             axis = getattr(self, name)
             fields |= {name: axis.name, f"{name}_low": axis.low, f"{name}_high": axis.high}
         # A plus sign would mean a blank in an address.
         return "&".join(f"{name}={_text(value)}" for name, value in fields.items())
 
 
+def choices(machine: Machine) -> dict[str, tuple[str, ...]]:
+    """Return the names allowed for each field that has some."""
+    own = {"map": machine.maps, "value": tuple(machine.values), "shown": machine.shown}
+    return {**machine.choices, **own, **CHOICES}
+
+
+def axis_names(machine: Machine) -> dict[str, tuple[str, ...]]:
+    """Return what each axis of a map may vary."""
+    parameters, coordinates = machine.parameters, machine.coordinates
+    return dict(zip(AXES, (*[parameters] * 3, *[coordinates] * 2), strict=True))
+
+
 def map_key(state: State) -> tuple[Any, ...]:
     """Return all that the map of a state depends on, with its kind and axes first."""
-    system = state.system.to_dict()
     begin = state.diagram_initial if state.map == "diagram" else state.initial
-    start: dict[str, float] = dict(zip(COORDINATES, begin, strict=True))
+    start: dict[str, Any] = dict(zip(state.machine.coordinates, begin, strict=True))
     if state.map == "diagram":
         axes: tuple[Any, ...] = (state.vary,)
     elif state.map == "chart":
@@ -199,8 +209,8 @@ def map_key(state: State) -> tuple[Any, ...]:
     else:
         axes = (state.right, state.up)
     names = {axis.name for axis in axes}
-    rest = {k: v for k, v in (system | start).items() if k not in names}
-    assert names <= {*PARAMETERS, *start}
+    rest = {k: v for k, v in start.items() if k not in names} | state.machine.without(names)
+    assert names <= {*state.machine.parameters, *start}
     more = (state.start,) if state.map == "diagram" else ()
     return (state.map, tuple(sorted(names)), axes, tuple(rest.items()), more)
 
@@ -222,21 +232,26 @@ def from_query(arguments: Mapping[str, Sequence[bytes]], default: State) -> Stat
         range; names it.
     """
     fields: dict[str, Any] = {}
-    known = _names()
+    machine = default.machine
+    known, allowed = _names(machine), {**choices(machine), **axis_names(machine)}
     for name, values in arguments.items():
         if name not in known:
             raise ParameterError(f"unknown name in the address: {name[:_LONGEST]!r}")
         if len(values) != 1:
             reject(name, len(values), "to stand once in the address")
-        fields[name] = known[name](name, values[0].decode("ascii", "replace"))
-    for name in _AXES:
+        text = values[0].decode("ascii", "replace")
+        fields[name] = (
+            _choice(name, text, allowed[name]) if name in allowed else read_number(name, text)
+        )
+    for name in AXES:
         parts = {part: fields.pop(key) for part, key in _parts(name) if key in fields}
         if parts:
             fields[name] = dataclasses.replace(getattr(default, name), **parts)
-    origin = [fields.pop(name) for name in _ORIGIN if name in fields]
+    names = _origin(machine)
+    origin = [fields.pop(name) for name in names if name in fields]
     if origin:
-        if len(origin) != len(_ORIGIN):
-            reject("origin", tuple(origin), f"{', '.join(_ORIGIN)}, all or none of them")
+        if len(origin) != len(names):
+            reject("origin", tuple(origin), f"{', '.join(names)}, all or none of them")
         fields["origin"] = tuple(origin)
     if "branch" in fields:
         fields["branch"] = fields["branch"] == "on"
@@ -266,8 +281,7 @@ def _text(value: str | float) -> str:
     return value if isinstance(value, str) else write_number(value).replace("e+", "e")
 
 
-def _choice(name: str, text: str) -> str:
-    allowed = CHOICES[name] if name in CHOICES else _AXES[name]
+def _choice(name: str, text: str, allowed: Sequence[str]) -> str:
     if text not in allowed:
         reject(name, text[:_LONGEST], ", ".join(allowed))
     return text
@@ -277,16 +291,12 @@ def _parts(name: str) -> tuple[tuple[str, str], ...]:
     return ("name", name), ("low", f"{name}_low"), ("high", f"{name}_high")
 
 
-def _names() -> dict[str, Any]:
-    """Return how the value of each name in an address is read."""
-    numbers = (
-        *PARAMETERS,
-        *COORDINATES,
-        *_ORIGIN,
-        *(f"{name}_{end}" for name in _AXES for end in _ENDS),
-    )
-    return dict.fromkeys((*CHOICES, *_AXES), _choice) | dict.fromkeys(numbers, read_number)
+def _origin(machine: Machine) -> tuple[str, ...]:
+    return tuple(f"origin_{name}" for name in machine.coordinates)
 
 
-_ENDS = ("low", "high")
-_ORIGIN = tuple(f"origin_{name}" for name in COORDINATES)
+def _names(machine: Machine) -> set[str]:
+    """Return every name that an address may have."""
+    ends = (f"{name}_{end}" for name in AXES for end in ("low", "high"))
+    numbers = (*machine.parameters, *machine.coordinates, *_origin(machine), *ends)
+    return {*choices(machine), *AXES, *numbers}

@@ -11,23 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Regime
-from ..run import Run
-from ..sweeps import Basins, Chart, Diagram
+from ..sweeps import Basins, Chart
+from .machine import Machine
 
 
-def of_run(run: Run) -> str:
+def of_run(run: Any) -> str:
     """Return the kept impacts of a run, one row each."""
-    columns = {name: run.impacts[name] for name in run.impacts.dtype.names or ()}
-    return _text(columns | {"regime": _regimes(columns["regime"])})
+    return _text({name: run.impacts[name] for name in run.impacts.dtype.names or ()})
 
 
-def of_map(result: Diagram | Chart | Basins) -> str:
+def of_map(result: Any, machine: Machine) -> str:
     """Return a map: a row for each impact of a diagram, for each cell of a chart or of basins."""
-    if isinstance(result, Diagram):
-        names = ("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss")
-        columns: dict[str, NDArray[Any]] = {result.parameter_name: result.impact_parameter}
-        columns |= {name: np.asarray(getattr(result, name)) for name in names}
-        return _text(columns | {"regime": _regimes(result.regime)})
+    if not isinstance(result, Chart | Basins):
+        return _text(machine.columns(result))
     (first, x), (second, y) = result.axes.items()
     columns = {first: np.repeat(x, len(y)), second: np.tile(y, len(x))}
     columns |= {name: getattr(result, name).ravel() for name in ("label", "status")}
@@ -36,13 +32,23 @@ def of_map(result: Diagram | Chart | Basins) -> str:
     return _text(columns)
 
 
-def _regimes(regimes: NDArray[Any]) -> NDArray[np.str_]:
-    names = np.array([regime.name.lower() for regime in Regime])
-    return np.asarray(names[np.asarray(regimes)])
+def _flat(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Return a column for each coordinate of those that have several, and regimes in words."""
+    flat: dict[str, Any] = {}
+    regimes: NDArray[Any] = np.array([regime.name.lower() for regime in Regime])
+    for name, values in columns.items():
+        if name == "regime":
+            flat[name] = regimes[np.asarray(values)]
+        elif np.ndim(values) == 2:
+            flat |= {f"{name}{i}": values[:, i] for i in range(np.shape(values)[1])}
+        else:
+            flat[name] = np.asarray(values)
+    return flat
 
 
-def _text(columns: Mapping[str, NDArray[Any]]) -> str:
+def _text(given: Mapping[str, NDArray[Any]]) -> str:
     """Return a table as text; numbers come back from it bit for bit."""
+    columns = _flat(given)
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(columns)

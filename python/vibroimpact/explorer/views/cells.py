@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from ...plot.basins import BASIN_COLORS
 from ...plot.labels import LABEL_STYLES, UNRESOLVED, label_codes
 from ...sweeps import Basins, Chart
-from ..state import Axis
+from ..axis import Axis
+from ..machine import Machine
 from ..theme import Palette
 from . import parts
 
@@ -21,7 +22,8 @@ _NO_LABEL, _NO_ATTRACTOR = "#B4B9BF", "#B4B9BF"
 class CellsView:
     """An image of cells; a click chooses one, a box a range of both axes."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, machine: Machine) -> None:
+        self._machine = machine
         self.source = ColumnDataSource(
             data={"image": [], "x": [], "y": [], "dw": [], "dh": []}, name=name
         )
@@ -42,8 +44,8 @@ class CellsView:
         """Show the ranges of two axes, and mark the motion of the page."""
         for axis, shown in ((right, self.figure.x_range), (up, self.figure.y_range)):
             shown.update(start=axis.low, end=axis.high)
-        self.figure.xaxis.axis_label = parts.name_of(right.name)
-        self.figure.yaxis.axis_label = parts.name_of(up.name)
+        self.figure.xaxis.axis_label = self._machine.name_of(right.name)
+        self.figure.yaxis.axis_label = self._machine.name_of(up.name)
         place = {"x": [here[0]], "y": [here[1]]}
         if self.here.data != place:
             self.here.data = place

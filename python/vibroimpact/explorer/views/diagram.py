@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ...orbits import Branch, PeriodicMotion, Piece
 from ...plot.style import BIFURCATION_STYLES, REGIME_STYLES
-from ...sweeps import Diagram
+from ..machine import Machine
 from ..state import State
 from ..theme import Palette
 from . import parts
@@ -37,12 +37,6 @@ _MARKERS = {
     "regime_border": ("diamond", "◇"),
     "chatter_onset": ("x", "✕"),
     "contact_border": ("inverted_triangle", "▽"),
-}
-_LABELS = {
-    "x1": "x₁ at impact",
-    "approach_velocity": "approach velocity u at impact",
-    "phase": "phase ψ at impact",
-    "stroboscopic": "x₁ once per drive period",
 }
 _PHASES = {0.0: "0", math.pi: "π", math.tau: "2π"}
 
@@ -80,7 +74,8 @@ lines.forEach((line, which) => {
 class DiagramView:
     """The diagram of a state; a click chooses a column, a box a range."""
 
-    def __init__(self) -> None:
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
         self.source = ColumnDataSource(data=dict(_NOTHING), name="diagram")
         empty: dict[str, list[float]] = {"xs": [], "ys": []}
         self.stable = ColumnDataSource(data=empty, name="stable")
@@ -126,8 +121,8 @@ class DiagramView:
         self.figure.x_range.update(
             start=axis.low, end=axis.high, reset_start=axis.low, reset_end=axis.high
         )
-        self.figure.xaxis.axis_label = parts.name_of(axis.name)
-        self.figure.yaxis.axis_label = _LABELS[state.value]
+        self.figure.xaxis.axis_label = self._machine.name_of(axis.name)
+        self.figure.yaxis.axis_label = self._machine.value_label(state.value, state.shown)
         of_phase = isinstance(self.figure.yaxis[0].ticker, FixedTicker)
         if state.value == "phase" and not of_phase:
             self.figure.yaxis.ticker = FixedTicker(ticks=[*_PHASES])
@@ -139,23 +134,24 @@ class DiagramView:
 
     def mark(self, state: State) -> None:
         """Mark the value of the motion on the page."""
-        self.here.location = getattr(state.system, state.vary.name)
+        value = float(state.machine.numbers()[state.vary.name])
+        # Of several that differ there is none.
+        self.here.update(location=None if math.isnan(value) else value)
 
-    def show(self, diagram: Diagram, state: State, palette: Palette) -> None:
+    def show(self, diagram: Any, state: State, palette: Palette) -> None:
         """Draw a diagram."""
-        at, value = points(diagram, state.value)
-        if state.value == "stroboscopic":
+        at, value, kind = self._machine.points(diagram, state.value, state.shown)
+        present: list[int] = []
+        if kind is None:
             kind = np.full(len(at), _SECTION, dtype=np.uint8)
-            present: list[int] = []
         else:
-            kind = np.asarray(diagram.regime).astype(np.uint8)
             present = np.unique(kind).tolist()
         self.source.data = {"at": at, "value": value, "kind": kind}
         stopped = int(
             np.count_nonzero(~np.isin(diagram.status, ("completed", "restarted", "rest")))
         )
-        key = [(palette.regime(each), REGIME_STYLES[each].text) for each in present]
-        more = f'<span class="key">{stopped} of {len(diagram)} runs stopped early</span>'
+        key = [(palette.regime(each), self._machine.kind_words(each)) for each in present]
+        more = f'<span class="key">{stopped} of {len(diagram.status)} runs stopped early</span>'
         none = "" if len(at) else '<span class="key">no impacts in the last drive periods</span>'
         self._say("regimes", parts.keys(key) + (more if stopped else "") + none)
         self.paint(palette)
@@ -277,13 +273,6 @@ def _branch_key(lines: BranchLines) -> str:
         f'<span class="key"><span style="{css}">{sign}</span> {html.escape(words)}</span>'
         for css, sign, words in signs
     )
-
-
-def points(diagram: Diagram, value: str) -> tuple[Array, Array]:
-    """Return parameter and value of each point that is drawn, shape (rows,) each."""
-    if value == "stroboscopic":
-        return diagram.stroboscopic_parameter, diagram.stroboscopic[:, 0]
-    return diagram.impact_parameter, np.asarray(getattr(diagram, value))
 
 
 def heights(piece: Piece, value: str) -> Array:

@@ -1,8 +1,7 @@
 """The machine, drawn and moving: contact, slip and the impulses of impacts are visible.
 
-The page has a film of the motion, one frame per sample, and moves the drawing by itself. Lengths
-are to scale in oblique contact: pivot at the origin, the pendulum's length as the unit. In direct
-contact body 1 moves along the line of the impacts.
+Lengths are to scale in oblique contact: pivot at the origin, the pendulum's length as the unit. In
+direct contact body 1 moves along the line of the impacts.
 """
 
 from __future__ import annotations
@@ -11,20 +10,19 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, CustomJS, DataRange1d, Label, Toggle
+from bokeh.models import ColumnDataSource, DataRange1d, Label
 from numpy.typing import NDArray
 
 from ...plot.style import BLACK, REGIME_STYLES
 from ...run import EventKind
-from ..compute import Motion
+from ..machine import Machine, Motion
 from ..theme import Palette
 from . import parts
-from .columns import Sources, sample_columns
+from .columns import Sources
+from .drawing import FADE, Drawing, small
 
 Array = NDArray[np.float64]
 
-# Samples for which the impulse of an impact stays visible.
-_FADE = 26
 # Length of the arrow of the largest impulse on the film.
 _LONGEST = 0.4
 _ZIGZAG = 17
@@ -51,25 +49,7 @@ _NO_HIT = {
     "color": (BLACK, BLACK),
 }
 
-_SAYS = 'cb_obj.label = cb_obj.active ? "pause" : "play"'
-# Two samples in every frame, thirty frames a second: a drive period takes two seconds. A source is
-# changed in place and redrawn; nothing is sent back to the server. A new film shows its frame at
-# once, and stands still until none has come for a while: the browser has the time for the views.
-_PLAY = """
-const put = (source, values) => {
-  for (const [name, value] of Object.entries(values)) {
-    for (let k = 0; k < value.length; k++) source.data[name][k] = value[k]
-  }
-  source.change.emit()
-}
-let frame = 0, last = 0, rest = 0
-if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) playing.active = false
-const show = () => {
-  const f = film.data
-  const n = f.tip_x?.length ?? 0
-  if (n == 0) return
-  frame = Math.min(frame, n - 1)
-  const i = frame
+_DRAW = """
   const [d, w, to, middle, bottom, top] = scene.data.value
   put(rod, {x: [f.pivot_x[i], f.tip_x[i]], y: [0, f.tip_y[i]]})
   put(bob, {x: [f.tip_x[i]], y: [f.tip_y[i]]})
@@ -90,35 +70,17 @@ const show = () => {
   put(hit, {x0: [x, x], y0: [y, y], x1: [left, x], y1: [y, up], color: [color, color]})
   put(ring, {x: [x], y: [y], size: [s > 0 ? 8 + 34 * (1 - s) : 0], alpha: [s], color: [color]})
   if (says.text != words[f.says[i]]) says.text = words[f.says[i]]
-  put(now_1, {x: [f.at[i]], y: [f.tip[i]]})
-  put(now_2, {x: [f.at[i]], y: [f.x2[i]]})
-  put(here_1, {x: [f.x1[i]], y: [f.v1[i]]})
-  put(here_2, {x: [f.x2[i]], y: [f.v2[i]]})
-}
-film.properties.data.change.connect(() => {
-  rest = performance.now() + 300
-  show()
-})
-const step = (now) => {
-  if (playing.document == null) return
-  window.requestAnimationFrame(step)
-  const n = film.data.tip_x?.length ?? 0
-  if (n == 0 || !playing.active || now < rest || now - last < 32) return
-  last = now
-  frame = (frame + 2) % n
-  show()
-}
-show()
-window.requestAnimationFrame(step)
 """
 
 
-class MachineView:
-    """The drawing of the machine."""
+class MachineView(Drawing):
+    """The drawing of both bodies."""
 
-    def __init__(self, sources: Sources) -> None:
+    script = _DRAW
+
+    def __init__(self, machine: Machine, sources: Sources) -> None:
+        super().__init__(machine, sources)
         source = ColumnDataSource
-        self.film = sources.film
         # Lengths of the drawing, corners of what has to be seen, and what does not move.
         self._scene = source(data=dict.fromkeys(_SCENE, [np.nan] * _ROWS), name="scene")
         self._rod = source(data={"x": [0.0, 0.0], "y": [0.0, -1.0]}, name="rod")
@@ -131,10 +93,6 @@ class MachineView:
         self._ring = source(
             data={"x": [0.0], "y": [0.0], "size": [0.0], "alpha": [0.0], "color": [BLACK]}
         )
-        self.heading = parts.text()
-        self.playing = Toggle(label="pause", active=True, width=60, name="playing", margin=0)
-        # A button says what it does.
-        self.playing.js_on_change("active", CustomJS(code=_SAYS))
         self._draw()
 
     def _draw(self) -> None:
@@ -175,10 +133,9 @@ class MachineView:
         self.says.text_font_size = "13px"
         self.figure.add_layout(self.says)
 
-    def player(self, others: dict[str, ColumnDataSource]) -> CustomJS:
-        """Return what plays the film; it moves the markers of `others`, too."""
-        sources = {
-            "film": self.film,
+    def models(self) -> dict[str, Any]:
+        """Return what moves, and what is said."""
+        return {
             "scene": self._scene,
             "rod": self._rod,
             "bob": self._bob,
@@ -186,10 +143,11 @@ class MachineView:
             "spring": self._spring,
             "hit": self._hit,
             "ring": self._ring,
+            "says": self.says,
+            "zigzag": _ZIGZAG,
+            "first": _FIRST_REGIME,
+            "words": _WORDS,
         }
-        own = {"playing": self.playing, "says": self.says, "zigzag": _ZIGZAG}
-        own["first"] = _FIRST_REGIME
-        return CustomJS(args=sources | others | own | {"words": _WORDS}, code=_PLAY)
 
     def show(self, motion: Motion, palette: Palette) -> None:
         """Draw the machine of a motion, and give the page its film.
@@ -204,7 +162,7 @@ class MachineView:
         self.paint(palette)
         columns = {"value": [*scene.values()]} | extent | fixtures
         self._scene.data = {name: _filled(values) for name, values in columns.items()}
-        self.film.data = sample_columns(motion) | film
+        self.film.data = motion.samples | film
 
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
@@ -240,7 +198,7 @@ def _film(motion: Motion) -> tuple[dict[str, Any], dict[str, float], dict[str, A
     anchor = float(face.max()) + wide + 0.7 * tall
     film = {
         "tip_x": tip_x,
-        **_small({"tip_y": tip_y, "pivot_x": pivot_x, "face": face}),
+        **small({"tip_y": tip_y, "pivot_x": pivot_x, "face": face}),
         **_hits(motion, tip, tall, oblique=oblique),
     }
     scene = {
@@ -268,8 +226,8 @@ def _hits(motion: Motion, tip: Array, tall: float, *, oblique: bool) -> dict[str
     if len(impacts) and step > 0.0:
         which = np.searchsorted(impacts["time"], time, side="right") - 1
         age = (time - impacts["time"][which]) / step
-        seen = (which >= 0) & (age < _FADE)
-        flash[seen] = 1.0 - age[seen] / _FADE
+        seen = (which >= 0) & (age < FADE)
+        flash[seen] = 1.0 - age[seen] / FADE
         scale = (
             _LONGEST
             * (tall if oblique else 3.0 * tall)
@@ -282,13 +240,7 @@ def _hits(motion: Motion, tip: Array, tall: float, *, oblique: bool) -> dict[str
         hit_y = -np.cos(angles) if oblique else np.zeros(count)
         says[seen] = _FIRST_REGIME + impacts["regime"][which[seen]]
     shown = {"flash": flash, "normal": normal, "tangent": tangent, "hit_x": hit_x, "hit_y": hit_y}
-    return _small(shown) | {"touch": touch, "says": says}
-
-
-def _small(columns: dict[str, Array]) -> dict[str, Any]:
-    """Return columns in half the bytes, which are enough for a drawing."""
-    with np.errstate(over="ignore"):
-        return {name: column.astype(np.float32) for name, column in columns.items()}
+    return small(shown) | {"touch": touch, "says": says}
 
 
 def _filled(values: Sequence[float]) -> Array:

@@ -11,36 +11,6 @@ from bokeh.models import BoxZoomTool, Column, Div, GlyphRenderer, Label
 from bokeh.plotting import figure
 
 from .. import theme
-from ..state import COORDINATES
-
-SYMBOLS = {
-    "mass_ratio": "m̄",
-    "frequency_ratio": "ω₀",
-    "restitution": "r",
-    "gap": "δ",
-    "drive_frequency": "ω",
-    "pendulum_damping": "ζ₁",
-    "oscillator_damping": "ζ₂",
-    "moment_amplitude": "f₁",
-    "force_amplitude": "f₂",
-    "static_moment": "c₁",
-    "static_force": "c₂",
-    "friction": "μ",
-    "phase": "φ",
-    "x1": "x₁",
-    "v1": "ẋ₁",
-    "x2": "x₂",
-    "v2": "ẋ₂",
-}
-"""Symbols, as plain text."""
-
-
-def name_of(name: str) -> str:
-    """Return a quantity's symbol and name in words; of a coordinate the symbol alone."""
-    words = name.replace("_", " ")
-    if name in COORDINATES:
-        return SYMBOLS[name]
-    return f"{SYMBOLS[name]}, {words}" if name in SYMBOLS else words
 
 
 def text(content: str = "", **options: Any) -> Div:

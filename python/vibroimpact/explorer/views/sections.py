@@ -11,8 +11,7 @@ import math
 import numpy as np
 from bokeh.models import BasicTicker, ColumnDataSource, FixedTicker
 
-from ...plot.style import REGIME_STYLES
-from ..compute import Motion
+from ..machine import Machine, Motion
 from ..theme import Palette
 from . import parts
 from .columns import Sources, impact_columns
@@ -25,10 +24,10 @@ _EDGE = 0.12
 class SectionViews:
     """Both sections of the kept drive periods."""
 
-    def __init__(self, sources: Sources) -> None:
+    def __init__(self, machine: Machine, sources: Sources) -> None:
         self.impact = sources.impacts
-        self.stroboscopic = ColumnDataSource(data={"x1": [], "v1": []}, name="stroboscopic")
-        self._regimes: list[int] = []
+        self.stroboscopic = ColumnDataSource(data={"place": [], "speed": []}, name="stroboscopic")
+        self._machine, self._kinds = machine, list[int]()
         self._driven: bool | None = None
         self.impact_heading, self.stroboscopic_heading = parts.text(), parts.text()
         self.impact_figure = parts.plain(
@@ -43,37 +42,38 @@ class SectionViews:
         )
         self.stroboscopic_figure = parts.plain(
             "stroboscopic",
-            x_axis_label="x₁",
-            y_axis_label="ẋ₁",
             x_range=(-1.0, 1.0),
             y_range=(-1.0, 1.0),
         )
         self.stroboscopic_figure.xaxis.ticker.desired_num_ticks = 4
         self._dots = self.stroboscopic_figure.scatter(
-            "x1", "v1", source=self.stroboscopic, size=5, line_color=None
+            "place", "speed", source=self.stroboscopic, size=5, line_color=None
         )
 
     def show(self, motion: Motion, palette: Palette) -> None:
         """Draw the sections of a motion."""
-        run = motion.run
-        impacts = run.impacts
-        driven = run.system.drive_frequency > 0.0
-        self._axis(driven=driven)
-        if not driven:
+        run, machine = motion.run, motion.machine
+        self._axis(driven=machine.driven)
+        if not machine.driven:
             end = run.final_state.time
             self.impact_figure.x_range.update(start=run.kept_from, end=end)
         self.impact.data = impact_columns(motion, palette)
-        sections = run.stroboscopic
-        self.stroboscopic.data = {"x1": sections[:, 0], "v1": sections[:, 1]}
+        place, speed = machine.phase_names(motion.shown)[0]
+        self.stroboscopic_figure.xaxis.axis_label = place
+        self.stroboscopic_figure.yaxis.axis_label = speed
+        sections = machine.sections(run, motion.shown)
+        self.stroboscopic.data = {"place": sections[:, 0], "speed": sections[:, 1]}
         # The window of the whole motion: that of few equal points would show their rounding.
-        x1, v1, _, _ = motion.states.T
+        phase = machine.phases(motion.shown)[0]
+        moved = (motion.samples[phase.place], motion.samples[phase.speed])
         ranges = (self.stroboscopic_figure.x_range, self.stroboscopic_figure.y_range)
-        for shown, values, kept in zip(ranges, (x1, v1), sections.T, strict=False):
+        for shown, values, kept in zip(ranges, moved, sections.T, strict=True):
             every = np.concatenate([values, kept])
             parts.fit(shown, float(every.min()), float(every.max()))
         top = float(self.impact.data["u"].max(initial=0.0))
         parts.fit(self.impact_figure.y_range, 0.0, top or 1.0)
-        self._regimes = [int(regime) for regime in np.unique(impacts["regime"])]
+        self._machine = machine
+        self._kinds = np.unique(machine.kinds(run.impacts)).tolist()
         self.paint(palette)
 
     def _axis(self, *, driven: bool) -> None:
@@ -96,7 +96,7 @@ class SectionViews:
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
         self._dots.glyph.fill_color = palette.first
-        key = [(palette.regime(each), REGIME_STYLES[each].text) for each in self._regimes]
+        key = [(palette.regime(each), self._machine.kind_words(each)) for each in self._kinds]
         self.impact_heading.text = parts.heading("Impact section", key)
         none = "" if self._driven else '<span class="key">there is no drive</span>'
         self.stroboscopic_heading.text = parts.heading("Stroboscopic section") + none

@@ -7,7 +7,8 @@ import math
 
 from ..._core import EvidenceKind
 from ...run import Evidence
-from ..compute import Motion, Verdict
+from ..compute import Verdict
+from ..machine import Motion
 from . import parts
 
 
@@ -22,23 +23,24 @@ class VerdictView:
 
         The number of impacts comes with the verdict: a text that changes is a new layout.
         """
-        run = motion.run
+        run, machine = motion.run, motion.machine
         rows = [("run", f"{run.stop_reason}")]
         label = "…"
         if verdict is not None:
-            rows = [("run", f"{run.stop_reason}, {run.impact_count} impacts")]
-            driven = run.system.drive_frequency > 0.0
+            rows = [("run", f"{run.stop_reason}, {run.impact_count} impacts"), *machine.facts(run)]
             # Without a drive period there is nothing that a label could count.
-            label = verdict.label if driven else run.stop_reason
-            rows += [("evidence", evidence_text(run.period.evidence))] if driven else []
+            label = verdict.label if machine.driven else run.stop_reason
+            rows += [("evidence", evidence_text(run.period.evidence))] if machine.driven else []
             if not math.isnan(verdict.exponent):
                 shown = parts.with_error(verdict.exponent, verdict.error)
-                rows += [("largest exponent", f"{shown} per unit of time 1/ω₂")]
+                rows += [("largest exponent", f"{shown} {machine.rate}")]
+            elif verdict.unknown:
+                rows += [("largest exponent", verdict.unknown)]
             if verdict.periodic is not None:
-                stable = "stable" if verdict.periodic.stable else "unstable"
-                texts = [complex_text(one) for one in verdict.periodic.multipliers]
+                texts = [complex_text(one) for one in verdict.periodic.multipliers[:_MOST]]
                 numbers = ", ".join(one.translate(_TOGETHER) for one in texts)
-                rows += [("multipliers", f"{numbers} ({stable})")]
+                more = ", …" if len(verdict.periodic.multipliers) > _MOST else ""
+                rows += [("multipliers", f"{numbers}{more} ({verdict.stability})")]
         lines = "".join(
             f"<tr><td>{html.escape(name)}</td><td>{html.escape(value)}</td></tr>"
             for name, value in rows
@@ -47,6 +49,8 @@ class VerdictView:
         self.text.text = f'<div class="label">{shown}</div><table>{lines}</table>'
 
 
+# Multipliers that are written out; they come by descending modulus.
+_MOST = 6
 _GROWTH = {
     EvidenceKind.GROWTH_BOUNDED: "no return; perturbations do not grow",
     EvidenceKind.GROWTH_EXPONENTIAL: "no return; perturbations grow exponentially",

@@ -1,0 +1,323 @@
+"""A `Structure` as the explorer's machine: what is computed and drawn of it, and the code.
+
+Impacts have the colour of their stop, or of their regime where there is one stop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..plot.style import REGIME_STYLES
+from ..structure import Structure
+from ..sweeps import lyapunov_spectrum
+from .machine import STROBOSCOPIC, Array, Curve, Motion, Phase
+from .structure_numbers import DAMPING, DRIVE, SUBSCRIPTS, StructureNumbers
+
+if TYPE_CHECKING:
+    from .views.drawing import Drawing
+
+# Stops have the colours of the regimes but for the first one.
+_COLORS = 5
+# Oscillations of the slowest mode in a motion without a drive; its length without any spring.
+_OSCILLATIONS, _TIME = 20.0, 30.0
+# For so many coordinates and stops more, maps have half the cells; a quarter at least.
+_SIZE, _MOST_EFFORT = 8, 4
+# Stops whose impacts are counted in words.
+_COUNTED = 8
+_ENDED = ("completed", "restarted", "rest")
+
+
+@dataclass(frozen=True)
+class OfStructure(StructureNumbers):
+    """A Structure, with factors of the drive and the damping it was given."""
+
+    noun = "structure"
+    maps = ("diagram",)
+    branches = False
+    rate = "per unit of time"
+    quick: ClassVar[Mapping[str, Any]] = {}
+
+    # What is computed.
+
+    @property
+    def time(self) -> float:
+        """Some oscillations of the slowest mode."""
+        slowest = self.base.frequencies[self.base.frequencies > 0.0]
+        return _OSCILLATIONS * math.tau / float(slowest[0]) if len(slowest) else _TIME
+
+    @property
+    def effort(self) -> int:
+        """The more, the more coordinates and stops there are."""
+        size = self.base.coordinates + len(self.base.stops)
+        return min(_MOST_EFFORT, 1 + size // _SIZE)
+
+    def sampled(self, run: Any, time: Array) -> tuple[Array, Array | None]:
+        """Return the states, and the forces in the stops."""
+        states, forces = run.trajectory(time, forces=True)
+        return states, forces
+
+    def exponent(self, initial: Sequence[float], **options: Any) -> tuple[float, float]:
+        """Measure the largest exponent."""
+        structure: Any = self.system
+        found: Any = lyapunov_spectrum(
+            structure,
+            initial=self.begin(initial),
+            periods=options["periods"],
+            max_events=options["max_events"],
+            most=1,
+        )
+        return found.largest, float(found.error[0])
+
+    def stability(self, periodic: Any) -> str:
+        """Return the verdict."""
+        return str(periodic.stability)
+
+    def family(self, name: str) -> Structure | Callable[..., Structure]:
+        """Return the structure, or what makes it with another factor."""
+        if name not in (DRIVE, DAMPING):
+            return self.system
+
+        def made(**value: float) -> Structure:
+            return self.replace(**value).system
+
+        return made
+
+    def column_start(
+        self, diagram: Any, place: int, start: str, origin: Sequence[float]
+    ) -> tuple[float, ...]:
+        """Return where the last column before it that came to its end has ended."""
+        diagram.run(place)
+        step = -1 if start == "forward" else 1
+        before = place + step
+        if diagram.status[place] != "restarted":
+            while 0 <= before < len(diagram.status):
+                if diagram.status[before] in _ENDED:
+                    end = diagram.run(before).final_state
+                    return self.flat([end.q, end.v])
+                before += step
+        return tuple(origin)
+
+    # What is drawn.
+
+    def _drawn(self, shown: str) -> list[int]:
+        """Return the coordinates of the time history: the one that is looked at, and others."""
+        chosen = int(shown[1:])
+        others = [i for i in self.met if i != chosen]
+        return sorted([chosen, *others[: self.curve_count - 1]])
+
+    def drawing(self) -> type[Drawing]:
+        """Return the drawing of the stops."""
+        from .views.stops import StopsView  # here, so that a state needs no Bokeh
+
+        return StopsView
+
+    def curves(self, shown: str) -> tuple[Curve, ...]:
+        """Return some coordinates."""
+        drawn = self._drawn(shown)
+        return tuple(Curve(f"curve{k}", self.symbol(f"q{i}")) for k, i in enumerate(drawn))
+
+    def phases(self, shown: str) -> tuple[Phase, ...]:
+        """Return the coordinate that is looked at."""
+        return (Phase("place", "speed", self.symbol(shown)),)
+
+    def phase_names(self, shown: str) -> tuple[tuple[str, str], ...]:
+        """Return the symbols of the coordinate that is looked at."""
+        return ((self.symbol(shown), self.symbol(f"v{shown[1:]}")),)
+
+    def history_label(self, shown: str) -> str:
+        """Return what the curves are."""
+        return ", ".join(curve.words for curve in self.curves(shown))
+
+    def samples(self, motion: Motion) -> dict[str, Array]:
+        """Return the coordinates that are drawn, and the velocity of one."""
+        q, v = motion.states[:, 0], motion.states[:, 1]
+        chosen = int(motion.shown[1:])
+        curves = {f"curve{k}": q[:, i] for k, i in enumerate(self._drawn(motion.shown))}
+        columns = curves | {"place": q[:, chosen], "speed": v[:, chosen]}
+        return {name: np.ascontiguousarray(column) for name, column in columns.items()}
+
+    def sections(self, run: Any, shown: str) -> Array:
+        """Return the coordinate that is looked at."""
+        return np.asarray(run.stroboscopic)[:, :, int(shown[1:])]
+
+    def hits(self, motion: Motion) -> dict[str, Array]:
+        """Return where the coordinates on which a stop acts are at its impacts."""
+        impacts = motion.run.impacts
+        normals = np.array([stop.normal for stop in self.base.stops])
+        columns: dict[str, Array] = {}
+        for name, i in zip(self.heights, self._drawn(motion.shown), strict=True):
+            place = np.array(impacts["q"][:, i])
+            if len(place):
+                place[normals[impacts["stop"], i] == 0.0] = np.nan
+            columns[name] = place
+        return columns
+
+    def approach(self, run: Any) -> Array:
+        """Return the column of the impacts."""
+        return np.asarray(run.impacts["approach_velocity"])
+
+    def kinds(self, impacts: Any) -> NDArray[np.uint8]:
+        """Return the colours of the stops, or the regimes at a single one."""
+        if not len(impacts):
+            return np.zeros(0, dtype=np.uint8)
+        if len(self.base.stops) == 1:
+            return np.asarray(impacts["regime"]).astype(np.uint8)
+        return (1 + np.asarray(impacts["stop"]) % _COLORS).astype(np.uint8)
+
+    def kind_words(self, kind: int) -> str:
+        """Return the stops of a colour, or the name of a regime."""
+        if len(self.base.stops) == 1:
+            return REGIME_STYLES[kind].text
+        stops = [str(stop) for stop in range(kind - 1, len(self.base.stops), _COLORS)]
+        return f"{'stop' if len(stops) == 1 else 'stops'} {', '.join(stops)}"
+
+    def points(
+        self, diagram: Any, value: str, shown: str
+    ) -> tuple[Array, Array, NDArray[np.uint8] | None]:
+        """Return the columns of a StructureDiagram."""
+        if value == STROBOSCOPIC:
+            sections = diagram.stroboscopic
+            column = sections[:, 0, int(shown[1:])] if len(sections) else np.empty(0)
+            return diagram.stroboscopic_values, np.ascontiguousarray(column), None
+        impacts, at = diagram.impacts, diagram.impact_values
+        if not len(at):
+            return at, np.empty(0), np.zeros(0, dtype=np.uint8)
+        column = impacts["q"][:, int(shown[1:])] if value == "q" else impacts[value]
+        return at, np.ascontiguousarray(column), self.kinds(impacts)
+
+    def columns(self, diagram: Any) -> dict[str, NDArray[Any]]:
+        """Return all columns of the impacts."""
+        names = diagram.impacts.dtype.names or ()
+        columns = {name: np.asarray(diagram.impacts[name]) for name in names}
+        return {diagram.name: diagram.impact_values} | columns
+
+    def value_label(self, value: str, shown: str) -> str:
+        """Return the symbol and the section."""
+        return {
+            "approach_velocity": "approach velocity u at impact",
+            "q": f"{self.symbol(shown)} at impact",
+            "phase": "phase ψ at impact",
+            STROBOSCOPIC: f"{self.symbol(shown)} once per drive period",
+        }[value]
+
+    def facts(self, run: Any) -> list[tuple[str, str]]:
+        """Return how many impacts each stop has had in the kept part of a run."""
+        stops = len(self.base.stops)
+        if stops < 2 or not len(run.impacts):
+            return []
+        counts = np.bincount(run.impacts["stop"], minlength=stops)
+        order = sorted(np.argsort(-counts, kind="stable")[:_COUNTED].tolist())
+        shown = [f"{counts[stop]} at stop {stop}" for stop in order if counts[stop]]
+        struck = int(np.count_nonzero(counts))
+        rest = [f"some at {struck - len(shown)} other stops"] if struck > len(shown) else []
+        window = f"last {len(run.stroboscopic)} periods" if self.driven else "impacts"
+        return [(window, ", ".join(shown + rest))]
+
+    # The code that makes all this.
+
+    def start_code(self, initial: Sequence[float]) -> str:
+        """Return the rows q and v."""
+        return repr(self.begin(initial))
+
+    def definition(self) -> list[str]:
+        """Return the call that makes the structure with all of its changes."""
+        fields = self.system.to_dict()
+        maker = "Structure.from_modes" if "frequencies" in fields else "Structure"
+        lines = [f"structure = vi.{maker}("]
+        for name, value in fields.items():
+            if name == "stops":
+                rows = [f"vi.Stop({_arguments(stop)})" for stop in value]
+            elif isinstance(value, list) and value and isinstance(value[0], list):
+                rows = [repr(row) for row in value]
+            else:
+                lines += [f"    {name}={value!r},"]
+                continue
+            lines += [f"    {name}=[", *(f"        {row}," for row in rows), "    ],"]
+        return [*lines, ")"]
+
+    def exponent_code(self, periods: int, keep: int, max_events: int) -> list[str]:
+        """Return the spectrum of one exponent."""
+        return [
+            "spectrum = vi.lyapunov_spectrum(",
+            f"    structure, initial=initial, periods={periods}, most=1,",
+            f"    max_events={max_events},",
+            ")",
+            "error = spectrum.error[0]",
+            "print(f'largest exponent {spectrum.largest:.6g} +- {error:.1g} per unit of time')",
+            "if run.period.m is not None and (motion := run.refine()):",
+            "    print('multipliers', ', '.join(f'{one:.4g}' for one in motion.multipliers))",
+            "    print(motion.stability)",
+        ]
+
+    def pictures(self, shown: str, periods: int, samples: int) -> list[str]:
+        """Return a time history, and a phase portrait and sections by Matplotlib."""
+        i = int(shown[1:])
+        drawn = ", ".join(map(str, self._drawn(shown)))
+        part = f"periods={periods}"
+        begin = f"max(run.kept_from, run.final_state.time - {periods} * structure.drive_period)"
+        size, x = "2, 2, figsize=(7.1, 5.4)", "phase"
+        if not self.driven:
+            part = "window=(run.kept_from, run.final_state.time)"
+            size, x, begin = "1, 3, figsize=(7.1, 2.7)", "time", "run.kept_from"
+        lines = [
+            f"figure, axes = plt.subplots({size}, layout='constrained')",
+            "panels = axes.flat",
+            f"vi.plot.time_history(run, coordinates=[{drawn}], {part}, ax=panels[0])",
+            f"times = np.linspace({begin}, run.final_state.time, {samples})",
+            f"q, v = run.trajectory(times)[:, :, {i}].T",
+            "panels[1].plot(q, v)",
+            f"panels[1].set(xlabel='$q_{{{i}}}$', ylabel=r'$\\dot q_{{{i}}}$')",
+            "hits = run.impacts",
+            f"panels[2].scatter(hits['{x}'], hits['approach_velocity'], c=hits['stop'], s=6)",
+            f"panels[2].set(xlabel='{x}', ylabel='approach velocity $u$')",
+        ]
+        if not self.driven:
+            return lines
+        return [
+            *lines,
+            f"panels[3].plot(*run.stroboscopic[:, :, {i}].T, '.')",
+            f"panels[3].set(xlabel='$q_{{{i}}}$', ylabel=r'$\\dot q_{{{i}}}$')",
+        ]
+
+    def family_code(self, name: str) -> str:
+        """Return the structure's name, or a function of a factor of what was given."""
+        if name == DRIVE:
+            given = f"np.array({self.base.drive_amplitude.tolist()!r})"
+            return f"lambda {name}: structure.replace(drive_amplitude={name} * {given})"
+        if name == DAMPING:
+            kind = "damping" if self.base.damping is not None else "damping_ratios"
+            given = f"np.array({getattr(self.base, kind).tolist()!r})"
+            return f"lambda {name}: structure.replace({kind}={name} * {given})"
+        return self.noun
+
+    def drawn_code(self, value: str, shown: str) -> tuple[str, str]:
+        """Return the call of the package's diagram of structures."""
+        own = f", coordinate={int(shown[1:])}"
+        if value == STROBOSCOPIC:
+            return "vi.plot.structure_bifurcation", f"section='stroboscopic'{own}"
+        return "vi.plot.structure_bifurcation", f"value={value!r}{own if value == 'q' else ''}"
+
+
+def row_words(row: Array) -> str:
+    """Return a row of a stop in words, such as q₀ + q₁; or that it is one of many coordinates."""
+    terms = np.flatnonzero(row).tolist()
+    if len(terms) > 3:
+        return f"a sum of {len(terms)} coordinates"
+    text = ""
+    for i in terms:
+        size = abs(float(row[i]))
+        sign = "\N{MINUS SIGN}" if row[i] < 0.0 else "+" if text else ""
+        sign = f" {sign} " if text else sign
+        factor = "" if size == 1.0 else f"{size:.3g} "
+        text += f"{sign}{factor}q{str(i).translate(SUBSCRIPTS)}"
+    return text
+
+
+def _arguments(fields: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name}={value!r}" for name, value in fields.items())

@@ -1,0 +1,298 @@
+"""The numbers of a `Structure` that the explorer can change, their names, and its starts.
+
+The matrices are those that it was given. Drive and damping have a factor each, the stops their
+numbers: each of a few stops, or all of many at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from ..arguments import not_negative, number, reject, starts
+from ..stop import OF_STOPS
+from ..structure import Structure
+from .axis import Axis, around
+from .machine import STROBOSCOPIC, Machine
+
+# Factors of what was given.
+DRIVE, DAMPING = "drive_factor", "damping_factor"
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+_WORDS = {
+    "drive_frequency": ("ω", "drive frequency"),
+    "phase": ("φ", "phase of the drive"),
+    DRIVE: ("", "drive / drive as given"),
+    DAMPING: ("", "damping / damping as given"),
+}
+_SYMBOLS = {"gap": "δ", "restitution": "r", "friction": "μ"}
+# Up to so many stops have sliders of their own, and so many coordinates fields of their start.
+_FEW_STOPS, _FEW = 4, 4
+# Curves of the time history.
+_CURVES = 4
+
+
+@dataclass(frozen=True)
+class StructureNumbers(Machine):
+    """A Structure, with factors of the drive and the damping it was given.
+
+    Parameters
+    ----------
+    base
+        As it was given.
+    system
+        With all changes.
+    drive_factor, damping_factor
+        Those that it has in place of the base's drive and damping.
+    """
+
+    base: Structure
+    system: Structure
+    drive_factor: float = 1.0
+    damping_factor: float = 1.0
+
+    @classmethod
+    def of(cls, structure: Structure) -> Self:
+        """Return the machine of a structure."""
+        return cls(structure, structure)
+
+    # Names.
+
+    @cached_property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """The drive with its damping, and the stops: each, or all of many."""
+        drive = ["drive_frequency", DRIVE, "phase"] if self._is_driven else ["drive_frequency"]
+        drive += [DAMPING] if self._is_damped else []
+        count = len(self.base.stops)
+        groups = {"Drive and damping": tuple(drive)}
+        if not count:
+            return groups
+        choices = tuple(self.choices)
+        if count == 1:
+            return groups | {"Stop": (*choices, *self._of_all)}
+        groups |= {"Impact": choices} if choices else {}
+        if count > _FEW_STOPS:
+            return groups | {f"All {count} stops": self._of_all}
+        return groups | {f"Stop {stop}": self._of_one(stop) for stop in range(count)}
+
+    @cached_property
+    def choices(self) -> dict[str, tuple[str, ...]]:
+        """What stops may do at one instant, and the law of friction where there is any."""
+        rough = any(stop.tangent is not None for stop in self.base.stops)
+        choices: dict[str, tuple[str, ...]] = {}
+        if rough:
+            choices["law"] = ("poisson", "newton", "energetic")
+        if len(self.base.stops) > 1:
+            choices["simultaneous"] = ("stop", "sequence") + (() if rough else ("together",))
+        return choices
+
+    @cached_property
+    def parameters(self) -> tuple[str, ...]:
+        """Drive, damping, and numbers of all stops and of each."""
+        factors = [DRIVE] * self._is_driven + [DAMPING] * self._is_damped
+        return ("drive_frequency", "phase", *factors, *self._of_all, *self._of_each)
+
+    @cached_property
+    def _of_all(self) -> tuple[str, ...]:
+        stops = self.base.stops
+        names = OF_STOPS if all(stop.tangent is not None for stop in stops) else OF_STOPS[:2]
+        return names if stops else ()
+
+    def _of_one(self, stop: int) -> tuple[str, ...]:
+        names = OF_STOPS if self.base.stops[stop].tangent is not None else OF_STOPS[:2]
+        return tuple(f"{name}_{stop}" for name in names)
+
+    @cached_property
+    def _of_each(self) -> tuple[str, ...]:
+        count = len(self.base.stops)
+        if count < 2:
+            return ()
+        return tuple(name for stop in range(count) for name in self._of_one(stop))
+
+    @cached_property
+    def coordinates(self) -> tuple[str, ...]:
+        """All coordinates and then all velocities."""
+        return (*self.shown, *(f"v{i}" for i in range(self.base.coordinates)))
+
+    @cached_property
+    def starts(self) -> tuple[str, ...]:
+        """Of few coordinates all; not of modes, whose span one coordinate alone leaves."""
+        few = self.base.coordinates <= _FEW and self.base.mass is not None
+        return self.coordinates if few else ()
+
+    @cached_property
+    def shown(self) -> tuple[str, ...]:
+        """Every coordinate."""
+        return tuple(f"q{i}" for i in range(self.base.coordinates))
+
+    @property
+    def values(self) -> dict[str, str]:
+        """The sections of impacts, and the stroboscopic one."""
+        return {
+            "approach_velocity": "approach velocity",
+            "q": "coordinate at impact",
+            "phase": "phase at impact",
+            STROBOSCOPIC: "coordinate once per period",
+        }
+
+    @property
+    def heights(self) -> tuple[str, ...]:
+        """One column for each curve."""
+        return tuple(f"hit{k}" for k in range(self.curve_count))
+
+    @property
+    def first(self) -> dict[str, str]:
+        """The approach velocity, and the first coordinate on which a stop acts."""
+        return {"value": "approach_velocity", "shown": f"q{self.met[0]}"}
+
+    @property
+    def _is_driven(self) -> bool:
+        return bool(np.any(self.base.drive_amplitude))
+
+    @property
+    def _is_damped(self) -> bool:
+        given = (self.base.damping, self.base.damping_ratios)
+        return any(each is not None and bool(np.any(each)) for each in given)
+
+    # Numbers and starts.
+
+    def numbers(self) -> dict[str, float | str]:
+        """Return all numbers; of those of all stops NaN where the stops differ."""
+        named = {"drive_frequency": self.system.drive_frequency, "phase": self.system.phase}
+        named |= {DRIVE: self.drive_factor, DAMPING: self.damping_factor}
+        for name in self._of_all:
+            of_stops = {getattr(stop, name) for stop in self.system.stops}
+            named[name] = of_stops.pop() if len(of_stops) == 1 else math.nan
+        found: dict[str, float | str] = {name: named[name] for name in named if name in
+                                         self.parameters}  # fmt: skip
+        for name in self._of_each:
+            kind, _, stop = name.rpartition("_")
+            found[name] = getattr(self.system.stops[int(stop)], kind)
+        return found | {name: getattr(self.system, name) for name in self.choices}
+
+    def fields(self) -> dict[str, float | str]:
+        """Return the numbers, of several stops those of each."""
+        several = len(self.base.stops) > 1
+        return {
+            name: value
+            for name, value in self.numbers().items()
+            if not (several and name in OF_STOPS)
+        }
+
+    def without(self, names: Collection[str]) -> dict[str, float | str]:
+        """Return the fields that stay; a number of all stops is that of each."""
+        return {
+            name: value
+            for name, value in self.fields().items()
+            if name not in names and name.rpartition("_")[0] not in names
+        }
+
+    def replace(self, **changes: Any) -> Self:
+        """Return the machine with some numbers and choices changed."""
+        factors = {
+            name: not_negative(name, changes.pop(name, getattr(self, name)))
+            if name == DAMPING
+            else number(name, changes.pop(name, getattr(self, name)))
+            for name in (DRIVE, DAMPING)
+        }
+        structure = self.system
+        if factors[DRIVE] != self.drive_factor:
+            changes["drive_amplitude"] = factors[DRIVE] * self.base.drive_amplitude
+        if factors[DAMPING] != self.damping_factor:
+            for name in ("damping", "damping_ratios"):
+                if (given := getattr(self.base, name)) is not None:
+                    changes[name] = factors[DAMPING] * given
+        if changes:
+            structure = structure.replace(**changes)
+        return type(self)(self.base, structure, factors[DRIVE], factors[DAMPING])
+
+    def flat(self, initial: Any) -> tuple[float, ...]:
+        """Return the rows q and v, one after the other."""
+        count = self.base.coordinates
+        shape = np.shape(initial)
+        rows = np.reshape(initial, (2, count)) if shape == (2 * count,) else initial
+        checked = starts(rows, count)
+        if len(checked) != 1:
+            reject("initial", shape, f"one start, rows q and v of shape (2, {count})")
+        return tuple(checked.ravel().tolist())
+
+    def begin(self, initial: Sequence[float]) -> Any:
+        """Return the rows q and v."""
+        count = self.base.coordinates
+        return [[*initial[:count]], [*initial[count:]]]
+
+    def span(self, name: str) -> tuple[float, float]:
+        """Return a range around what the structure was given."""
+        fixed = {"phase": math.tau, DRIVE: 3.0, DAMPING: 5.0, "restitution": 1.0, "friction": 1.5}
+        kind, _, place = name.rpartition("_")
+        kind = kind if kind in OF_STOPS and place.isdigit() else name
+        if kind in fixed:
+            return 0.0, fixed[kind]
+        if kind == "drive_frequency":
+            frequency = self.base.drive_frequency or float(self.base.frequencies[-1])
+            return 0.0, 2.0 * (frequency or 1.0)
+        length = self._length
+        if kind == "gap":
+            gaps = [stop.gap for stop in self.base.stops]
+            some = [gaps[int(place)]] if name != kind else gaps
+            return min(some) - length, max(some) + length
+        # A start: as far as the stops, and as fast as the drive or the fastest mode goes there.
+        frequency = self.base.drive_frequency or float(self.base.frequencies[-1]) or 1.0
+        reach = length if name.startswith("q") else frequency * length
+        return -reach, reach
+
+    @property
+    def _length(self) -> float:
+        return max((abs(stop.gap) for stop in self.base.stops), default=0.0) or 1.0
+
+    def axes(self, *, own: bool) -> dict[str, Axis]:
+        """Return a range around the drive's frequency, and ranges of the first coordinate."""
+        frequency = self.system.drive_frequency
+        vary = self.usual("drive_frequency")
+        if frequency > 0.0:
+            vary = around("drive_frequency", frequency)
+        return {
+            "vary": vary,
+            "across": vary,
+            "upward": self.usual(DRIVE if self._is_driven else "phase"),
+            "right": self.usual("q0"),
+            "up": self.usual("v0"),
+        }
+
+    def symbol(self, name: str) -> str:
+        """Return the symbol of a number, with the stop's or coordinate's index."""
+        if name in _WORDS:
+            return _WORDS[name][0]
+        if name in self.coordinates:
+            return f"{'q' if name[0] == 'q' else 'q̇'}{name[1:].translate(SUBSCRIPTS)}"
+        kind, _, place = name.rpartition("_")
+        return f"{_SYMBOLS[kind or name]}{place.translate(SUBSCRIPTS) if kind else ''}"
+
+    def words(self, name: str) -> str:
+        """Return the name of a number, with its stop."""
+        if name in self.coordinates:
+            return ""
+        if name in _WORDS:
+            return _WORDS[name][1]
+        kind, _, place = name.rpartition("_")
+        if kind:
+            return f"{kind} of stop {place}"
+        return name if len(self.base.stops) == 1 else f"{name} of all stops"
+
+    @cached_property
+    def met(self) -> list[int]:
+        """Coordinates, those on which stops act before the others."""
+        acts = np.zeros(self.base.coordinates, dtype=bool)
+        for stop in self.base.stops:
+            acts |= stop.normal != 0.0
+        order: list[int] = np.argsort(~acts, kind="stable").tolist()
+        return order
+
+    @property
+    def curve_count(self) -> int:
+        """How many coordinates the time history draws."""
+        return min(_CURVES, self.base.coordinates)
