@@ -90,7 +90,7 @@ class Window:
         """Load a page, and wait until its motion and map are there."""
         self.chrome.get(f"{self.url}?{query}")
         self.wait("document.title == 'vibroimpact explorer' && Bokeh.documents.length > 0")
-        self.wait(_model("film") + ".data.v1.length > 0")
+        self.wait(_model("film") + ".data.at.length > 0")
 
     @contextmanager
     def minimized(self):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from . import compute
 from .axis import Axis
+from .machine import Machine
 from .state import State
 
 _COLOR = ", color='regime'"
@@ -32,6 +35,7 @@ def python_code(state: State) -> str:
         "run = vi.simulate(",
         f"    {machine.noun}, initial=initial, {run}, max_events={compute.MOST_EVENTS}",
         ")",
+        *_all_of_it(machine, options),
         "print(run.label)",
     ]
     if machine.driven:
@@ -44,6 +48,19 @@ def python_code(state: State) -> str:
         files += [f"{state.map}.pdf"]
     lines += ["", f"print('written: {', '.join(files)}')"]
     return "\n".join(lines) + "\n"
+
+
+def _all_of_it(machine: Machine, options: dict[str, Any]) -> list[str]:
+    """Return lines that keep all of a run that has ended before the part to be kept."""
+    if "keep" not in options:
+        return []
+    return [
+        "if run.kept_from >= run.final_state.time:  # it has ended early",
+        "    run = vi.simulate(",
+        f"        {machine.noun}, initial=initial, periods={options['periods']},",
+        f"        max_events={compute.MOST_EVENTS},",
+        "    )",
+    ]
 
 
 def _in_print(lines: list[str]) -> list[str]:

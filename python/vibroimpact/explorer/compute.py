@@ -73,13 +73,12 @@ def detail(state: State, details: Mapping[str, Detail]) -> Detail:
 
 def motion(state: State) -> Motion:
     """Simulate the motion of a state, and sample the end of it."""
-    machine = state.machine
-    run: Any = simulate(
-        machine.system,
-        initial=machine.begin(state.initial),
-        max_events=MOST_EVENTS,
-        **run_options(machine),
-    )
+    machine, options = state.machine, run_options(state.machine)
+    begun: Any = {"initial": machine.begin(state.initial), "max_events": MOST_EVENTS}
+    run: Any = simulate(machine.system, **begun, **options)
+    if run.kept_from >= run.final_state.time:
+        # It has ended before the part to be kept: all of it is.
+        run = simulate(machine.system, **begun, **options | {"keep": None})
     end = run.final_state.time
     if machine.driven:
         begin = max(run.kept_from, end - SHOWN * machine.drive_period)

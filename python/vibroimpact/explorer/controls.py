@@ -20,7 +20,7 @@ from .machine import Machine
 from .state import State, axis_names, read_number, write_number
 from .views import parts
 
-_TITLES = {"law": "law of restitution", "simultaneous": "several stops at once"}
+_TITLES = {"law": "law of restitution", "simultaneous": "stops met at one instant"}
 _STEPS = 1000
 # Characters for which a number's field has place.
 _PLACES = 8
@@ -321,7 +321,10 @@ class Controls:
         groups = dict(machine.groups) | ({"Start": machine.starts} if machine.starts else {})
         named = [name for names in groups.values() for name in names]
         self.choices = {
-            name: ChoiceControl(name, allowed, tried) for name, allowed in machine.choices.items()
+            name: ChoiceControl(
+                name, [(one, machine.choice_words(name, one)) for one in allowed], tried
+            )
+            for name, allowed in machine.choices.items()
         }
         self.numbers = {
             name: NumberControl(name, machine, one, moved)

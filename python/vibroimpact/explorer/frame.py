@@ -26,6 +26,7 @@ from .controls import ChoiceControl, sheets
 from .machine import Machine
 from .views import parts
 from .views.columns import Sources
+from .views.drawings import drawing_of
 from .views.history import HistoryView
 from .views.portrait import PortraitView
 from .views.sections import SectionViews
@@ -106,7 +107,7 @@ class Frame:
         look: Callable[[str, str], None],
     ) -> None:
         sources = Sources(machine, shown)
-        self.machine = machine.drawing()(machine, sources)
+        self.machine = drawing_of(machine, sources)
         self.history = HistoryView(machine, shown, sources)
         self.portrait = PortraitView(machine, shown, sources)
         self.sections = SectionViews(machine, sources)

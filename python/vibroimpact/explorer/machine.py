@@ -2,7 +2,7 @@
 
 The page asks this interface only. It has an implementation for a `System`, `of_system`, and one for
 a `Structure`, `of_structure`. A machine is a value: whatever changes, it is replaced. It needs no
-Bokeh but for its `drawing`.
+Bokeh; which view draws it is said in `views.drawings`.
 """
 
 from __future__ import annotations
@@ -11,16 +11,13 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..simulation import simulate
 from .axis import Axis
-
-if TYPE_CHECKING:
-    from .views.drawing import Drawing
 
 Array = NDArray[np.float64]
 
@@ -209,6 +206,10 @@ class Machine(ABC):
     def axes(self, *, own: bool) -> dict[str, Axis]:
         """Return the first axes of the maps; with ``own`` around the machine's own values."""
 
+    def choice_words(self, name: str, choice: str) -> str:
+        """Return the name of a choice as the page's list shows it."""
+        return choice
+
     @abstractmethod
     def symbol(self, name: str) -> str:
         """Return the symbol of a number or coordinate; or nothing."""
@@ -262,10 +263,6 @@ class Machine(ABC):
         """
 
     # What is drawn.
-
-    @abstractmethod
-    def drawing(self) -> type[Drawing]:
-        """Return the view that draws the machine."""
 
     @abstractmethod
     def curves(self, shown: str) -> tuple[Curve, ...]:

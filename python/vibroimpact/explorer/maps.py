@@ -72,7 +72,8 @@ class MapsCard:
         titles = [_TITLES[name] for name in self._machine.maps]
         self._tabs = RadioButtonGroup(labels=titles, active=0, name="map", **button)
         # Where there is one map, nothing is to be chosen.
-        self._tabs.visible = len(titles) > 1
+        several = len(titles) > 1
+        title = parts.text(parts.heading("Bifurcation diagram"), margin=(4, 0, 0, 0))
         self._tabs.on_change("active", self._tab)
         self._quiet = False
         self._branch = Toggle(label="branch", name="branch", width=66, **button)
@@ -108,7 +109,12 @@ class MapsCard:
             )
             for name, view in self._views().items()
         }
-        top = Row(self._tabs, self._back, parts.text(_HINT, margin=(4, 0, 0, 0)), **gap)
+        top = Row(
+            self._tabs if several else title,
+            self._back,
+            parts.text(_HINT, margin=(4, 0, 0, 0)),
+            **gap,
+        )
         self.root = parts.card(
             top, self.message, self.refusal, *self._bodies.values(), min_height=380
         )

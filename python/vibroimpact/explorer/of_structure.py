@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,6 @@ from ..structure import Structure
 from ..sweeps import lyapunov_spectrum
 from .machine import STROBOSCOPIC, Array, Curve, Motion, Phase
 from .structure_numbers import DAMPING, DRIVE, SUBSCRIPTS, StructureNumbers
-
-if TYPE_CHECKING:
-    from .views.drawing import Drawing
 
 # Stops have the colours of the regimes but for the first one.
 _COLORS = 5
@@ -110,12 +107,6 @@ class OfStructure(StructureNumbers):
         chosen = int(shown[1:])
         others = [i for i in self.met if i != chosen]
         return sorted([chosen, *others[: self.curve_count - 1]])
-
-    def drawing(self) -> type[Drawing]:
-        """Return the drawing of the stops."""
-        from .views.stops import StopsView  # here, so that a state needs no Bokeh
-
-        return StopsView
 
     def curves(self, shown: str) -> tuple[Curve, ...]:
         """Return some coordinates."""
@@ -244,12 +235,15 @@ class OfStructure(StructureNumbers):
     def exponent_code(self, periods: int, keep: int, max_events: int) -> list[str]:
         """Return the spectrum of one exponent."""
         return [
-            "spectrum = vi.lyapunov_spectrum(",
-            f"    structure, initial=initial, periods={periods}, most=1,",
-            f"    max_events={max_events},",
-            ")",
-            "error = spectrum.error[0]",
-            "print(f'largest exponent {spectrum.largest:.6g} +- {error:.1g} per unit of time')",
+            "try:",
+            "    spectrum = vi.lyapunov_spectrum(",
+            f"        structure, initial=initial, periods={periods}, most=1,",
+            f"        max_events={max_events},",
+            "    )",
+            "    numbers = f'{spectrum.largest:.6g} +- {spectrum.error[0]:.1g}'",
+            "    print(f'largest exponent {numbers} per unit of time')",
+            "except vi.SimulationError as error:",
+            "    print(f'largest exponent: {error}')",
             "if run.period.m is not None and (motion := run.refine()):",
             "    print('multipliers', ', '.join(f'{one:.4g}' for one in motion.multipliers))",
             "    print(motion.stability)",

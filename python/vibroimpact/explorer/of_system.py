@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,6 @@ from ..sweeps import sweep
 from ..system import System
 from .axis import Axis, around
 from .machine import STROBOSCOPIC, Array, Curve, Machine, Motion, Phase
-
-if TYPE_CHECKING:
-    from .views.drawing import Drawing
 
 COORDINATES = ("x1", "v1", "x2", "v2")
 SYMBOLS = {
@@ -180,12 +177,6 @@ class OfSystem(Machine):
     ) -> tuple[float, ...]:
         """Return the start of the column's run, which it knows."""
         return self.flat(diagram.run(place).initial)
-
-    def drawing(self) -> type[Drawing]:
-        """Return the drawing of both bodies."""
-        from .views.machine import MachineView  # here, so that a state needs no Bokeh
-
-        return MachineView
 
     def curves(self, shown: str) -> tuple[Curve, ...]:
         """Return the two faces of the contact."""

@@ -26,10 +26,12 @@ SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _WORDS = {
     "drive_frequency": ("ω", "drive frequency"),
     "phase": ("φ", "phase of the drive"),
-    DRIVE: ("", "drive / drive as given"),
-    DAMPING: ("", "damping / damping as given"),
+    DRIVE: ("", "factor of the drive"),
+    DAMPING: ("", "factor of the damping"),
 }
 _SYMBOLS = {"gap": "δ", "restitution": "r", "friction": "μ"}
+# What happens at several stops at one instant.
+_AT_ONCE = {"stop": "the run ends", "sequence": "one by one", "together": "all at once"}
 # Up to so many stops have sliders of their own, and so many coordinates fields of their start.
 _FEW_STOPS, _FEW = 4, 4
 # Curves of the time history.
@@ -89,6 +91,10 @@ class StructureNumbers(Machine):
         if len(self.base.stops) > 1:
             choices["simultaneous"] = ("stop", "sequence") + (() if rough else ("together",))
         return choices
+
+    def choice_words(self, name: str, choice: str) -> str:
+        """Return what happens at several stops in words, a law by its name."""
+        return _AT_ONCE[choice] if name == "simultaneous" else choice
 
     @cached_property
     def parameters(self) -> tuple[str, ...]:
@@ -250,11 +256,13 @@ class StructureNumbers(Machine):
         return max((abs(stop.gap) for stop in self.base.stops), default=0.0) or 1.0
 
     def axes(self, *, own: bool) -> dict[str, Axis]:
-        """Return a range around the drive's frequency, and ranges of the first coordinate."""
+        """Return a range around the drive's frequency, or without a drive one of the gap."""
         frequency = self.system.drive_frequency
-        vary = self.usual("drive_frequency")
         if frequency > 0.0:
             vary = around("drive_frequency", frequency)
+        else:
+            # Without a drive its frequency changes nothing.
+            vary = self.usual("gap" if self._of_all else "drive_frequency")
         return {
             "vary": vary,
             "across": vary,

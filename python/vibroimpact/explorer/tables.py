@@ -40,7 +40,8 @@ def _flat(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         if name == "regime":
             flat[name] = regimes[np.asarray(values)]
         elif np.ndim(values) == 2:
-            flat |= {f"{name}{i}": values[:, i] for i in range(np.shape(values)[1])}
+            rows: Any = values
+            flat |= {f"{name}{i}": rows[:, i] for i in range(np.shape(values)[1])}
         else:
             flat[name] = np.asarray(values)
     return flat

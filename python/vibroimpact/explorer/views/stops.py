@@ -27,7 +27,7 @@ _ROWS = 8
 _DISTANCE, _STRIKE, _COLOR = "d", "s", "k"
 # Width and height of a block, beside a row of height 1 whose wall is at 1; its track begins at 0.
 _WIDE, _TALL, _WALL = 0.16, 0.5, 0.05
-_LEFT, _RIGHT = -0.95, 1.0 + 2.5 * _WALL
+_LEFT, _RIGHT = -1.0, 1.0 + 2.5 * _WALL
 # What a row shows at the wall: nothing, a stretch of contact, or so much of an impact.
 _CLOSED, _FULL = 255, 200
 # What is said of a frame: nothing, contact, the regime of an impact.
@@ -147,11 +147,11 @@ class StopsView(Drawing):
         )
         self._names.glyph.text_font_size = "12px"
         self._reach = self.figure.text(
-            *(-_WIDE, "y"),
+            *(-_WIDE - 0.03, "y"),
             text="reach",
             source=self._rows,
-            y_offset=-9,
-            text_baseline="bottom",
+            text_align="right",
+            text_baseline="middle",
         )
         self._reach.glyph.text_font_size = "11px"
         self.says = Label(x=8, y=4, x_units="screen", y_units="screen", text="", name="says")
@@ -205,7 +205,9 @@ class StopsView(Drawing):
         self._reach.glyph.text_color = palette.muted
         self.playing.tags = [palette.regime(each) for each in REGIME_STYLES]
         few = f": the {_ROWS} of {self._all} that are struck most" if self._all > _ROWS else ""
-        self.heading.text = parts.heading(f"Distance from the stops{few}")
+        words = f"Distance from the stops{few}"
+        hint = '<span class="key">number: its largest</span>' if self._all else ""
+        self.heading.text = parts.heading(words) + hint
 
 
 def distances(motion: Motion) -> Array:

@@ -28,6 +28,8 @@ class VerdictView:
         label = "…"
         if verdict is not None:
             rows = [("run", f"{run.stop_reason}, {run.impact_count} impacts"), *machine.facts(run)]
+            if run.stop_reason not in _ENDS:
+                rows[0] = ("run", run.stop_detail)
             # Without a drive period there is nothing that a label could count.
             label = verdict.label if machine.driven else run.stop_reason
             rows += [("evidence", evidence_text(run.period.evidence))] if machine.driven else []
@@ -49,6 +51,8 @@ class VerdictView:
         self.text.text = f'<div class="label">{shown}</div><table>{lines}</table>'
 
 
+# Ends of runs that need no more words.
+_ENDS = ("completed", "rest")
 # Multipliers that are written out; they come by descending modulus.
 _MOST = 6
 _GROWTH = {
