@@ -93,7 +93,7 @@ words: $(PACKAGE)
 	$(BIN)/python examples/words.py --out docs/images/words
 
 # That of the explorer needs Debian's packages chromium and chromium-driver.
-PICTURES := fig7c-contact fig8-regimes explorer
+PICTURES := fig7c-contact fig8-regimes explorer explorer-structure
 
 pictures: $(INSTALLED)
 	@for name in $(PICTURES); do \

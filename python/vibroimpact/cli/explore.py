@@ -64,7 +64,6 @@ def run(options: argparse.Namespace) -> ExitCode:
     system, initial = None, options.initial
     if some:
         request = shared.Request.of(options)
-        request.need_two_bodies("explore")
         system = request.system()
         initial = request.values(initial=None)["initial"]
     if options.code:

@@ -222,7 +222,7 @@ class StructureNumbers(Machine):
         shape = np.shape(initial)
         rows = np.reshape(initial, (2, count)) if shape == (2 * count,) else initial
         checked = starts(rows, count)
-        if len(checked) != 1:
+        if checked.ndim != 2:
             reject("initial", shape, f"one start, rows q and v of shape (2, {count})")
         return tuple(checked.ravel().tolist())
 

@@ -25,7 +25,7 @@ def of_map(result: Any, machine: Machine) -> str:
     if not isinstance(result, Chart | Basins):
         return _text(machine.columns(result))
     (first, x), (second, y) = result.axes.items()
-    columns = {first: np.repeat(x, len(y)), second: np.tile(y, len(x))}
+    columns: dict[str, Any] = {first: np.repeat(x, len(y)), second: np.tile(y, len(x))}
     columns |= {name: getattr(result, name).ravel() for name in ("label", "status")}
     if isinstance(result, Basins):
         columns["attractor"] = result.attractor.ravel()

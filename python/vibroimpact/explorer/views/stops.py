@@ -206,7 +206,7 @@ class StopsView(Drawing):
         self.playing.tags = [palette.regime(each) for each in REGIME_STYLES]
         few = f": the {_ROWS} of {self._all} that are struck most" if self._all > _ROWS else ""
         words = f"Distance from the stops{few}"
-        hint = '<span class="key">number: its largest</span>' if self._all else ""
+        hint = '<span class="key">number: the largest</span>' if self._all else ""
         self.heading.text = parts.heading(words) + hint
 
 
