@@ -387,7 +387,6 @@ def test_slips_in_a_json_are_named(rig, text, words):
         ("orbits --set drive-frequency 0", "drive_frequency = 0.0"),
         ("chart --vary gap 0 1 3 --vary phase 0 1 3", "chart is not for structures"),
         ("basins --vary x1 0 1 3 --vary x2 0 1 3", "basins is not for structures"),
-        ("explore --code", "explore is not for structures"),
     ],
 )
 def test_what_a_structure_cannot_have_is_refused(rig, line, message):
@@ -395,6 +394,16 @@ def test_what_a_structure_cannot_have_is_refused(rig, line, message):
     err = rig(line, text=text, code=2)
     assert message in err
     assert err.count("\n") == 1
+
+
+def test_the_explorer_of_a_structure_begins_with_the_file_and_its_flags(rig):
+    code = rig("explore --code --set gap-0 0.375")
+    lines = code.partition("# The motion.")[0].splitlines()
+    made = {}
+    exec("\n".join(lines), made)
+    assert made["structure"] == MADE.replace(gap_0=0.375)
+    assert made["initial"] == [[0, 0.125], [0, 0]]
+    assert "vi.plot.structure_bifurcation(diagram" in code
 
 
 def test_what_only_a_structure_has_is_refused(run_command):

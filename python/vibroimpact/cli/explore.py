@@ -14,8 +14,9 @@ from .machines import FLAGS
 ABOUT = f"""\
 Show a system on a live page in the browser: the machine in motion, its time
 history, phase portrait and sections, and a bifurcation diagram, a chart or
-basins in which a click chooses a motion. Without a system it begins with one
-of the paper. The page comes from this machine and only to it; Ctrl-C ends it.
+basins in which a click chooses a motion; of a structure its stops and the
+diagram. Without a system it begins with one of the paper. The page comes from
+this machine and only to it; Ctrl-C ends it.
 
 {shared.UNITS}"""
 MORE = """\
