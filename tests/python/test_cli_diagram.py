@@ -61,6 +61,15 @@ def test_a_value_needs_a_picture(run_command):
     assert "--value goes with --plot only" in err
 
 
+def test_the_phase_of_impacts_is_not_that_which_varies(run_command, tmp_path):
+    line = DIAGRAM.replace("--vary drive-frequency 1.7 1.9 5", "--vary phase 0 1 3")
+    paths = ("--csv", tmp_path / "d.csv", "--save", tmp_path / "d.npz")
+    assert run_command(line + " --drive-frequency 1.8", *paths)[0] == 0
+    rows, diagram = written(tmp_path / "d.csv"), vi.load(tmp_path / "d.npz")
+    assert [float(row["phase"]) for row in rows] == diagram.impact_parameter.tolist()
+    assert [float(row["impact_phase"]) for row in rows] == diagram.phase.tolist()
+
+
 def test_branches_refinement_and_exponents(run_command, tmp_path):
     line = DIAGRAM + " --friction 0.5 --vary drive-frequency 1.5 1.6 9"
     line = line.replace("--vary drive-frequency 1.7 1.9 5", "")

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ParameterError
 from ..sweeps import Diagram, bifurcation_diagram
 from ..sweeps.structure_diagram_results import StructureDiagram
 from . import cells, outputs
@@ -29,7 +28,8 @@ columns of --csv, one row per kept impact:
   (parameter)       its value, under its name in Python, e.g. drive_frequency
   branch            number of the start, one for each --start
   x1, v1, v2        angle and velocities just before the impact
-  phase             drive phase, 0 to 2 pi
+  phase             drive phase, 0 to 2 pi; impact_phase where the phase of
+                    the drive at t = 0 is the parameter
   regime            frictionless, slip, reversal_approach, ...
   approach_velocity u just before the impact
   energy_loss       in M1 l^2 omega_2^2, or J
@@ -131,12 +131,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.save:
         request.need_two_bodies("--save")
     outputs.check(options)
-    drawn: dict[str, Any] = {}
-    if options.value is not None:
-        if options.plot is None:
-            raise ParameterError("--value goes with --plot only")
-        known = request.impact_values
-        drawn = known[shared.chosen_name("--value", options.value, known)]
+    drawn = request.drawn()
     values |= {
         "start": options.start,
         "labels": not options.no_labels,
@@ -177,8 +172,10 @@ def _write_section(result: Diagram | StructureDiagram, path: str, units: str | N
         columns = cells.in_units(result, columns, units, counts)
     if "regime" in columns:
         columns["regime"] = outputs.regime_names(columns["regime"])
-    owners = {"branch": np.repeat(result.branch, counts)}
-    outputs.write_columns(path, varied | owners | columns)
+    first = varied | {"branch": np.repeat(result.branch, counts)}
+    # What varies may have the name of a column of impacts, phase.
+    names = {each: f"impact_{each}" if each in first else each for each in columns}
+    outputs.write_columns(path, first | {names[each]: rows for each, rows in columns.items()})
 
 
 def _write_points(result: Diagram | StructureDiagram, path: str, units: str | None) -> None:

@@ -225,10 +225,19 @@ class Request:
         """What can be varied: parameters, numbers of a structure, or quantities in SI."""
         return self.file.machine.names(self.units)
 
-    @property
-    def impact_values(self) -> dict[str, dict[str, Any]]:
-        """The columns of impacts that a figure can show, as it is asked for them."""
-        return self.file.machine.impact_values()
+    def drawn(self, columns: Collection[str] | None = None) -> dict[str, Any]:
+        """Return what --value asks a figure to show: a column of impacts, or one of `columns`."""
+        word = self.options.value
+        if word is None:
+            return {}
+        if self.options.plot is None:
+            raise ParameterError("--value goes with --plot only")
+        known = {
+            name: asked
+            for name, asked in self.file.machine.impact_values().items()
+            if columns is None or asked["value"] in columns
+        }
+        return known[chosen_name("--value", word, known)]
 
     def need_two_bodies(self, what: str) -> None:
         """Refuse a structure where ``what`` knows systems of two bodies only."""

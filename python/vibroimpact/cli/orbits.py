@@ -13,6 +13,7 @@ from .._core import Leg, Regime
 from ..continuation.names import PathEnd
 from ..errors import ParameterError
 from ..orbits import Branch, NotFound, PeriodicMotion, follow_motion, search_motions
+from ..orbits.branch import AT_IMPACTS
 from ..orbits.ranges import range_around
 from ..run import Run
 from ..scales import Units
@@ -119,9 +120,9 @@ def add(subparsers: Any) -> None:
     )
     group.add_argument(
         "--value",
-        choices=("x1", "v1", "v2", "phase", "approach_velocity"),
-        help="--follow: what of the impacts --plot draws (default: x1, of a wall at rest "
-        "approach_velocity)",
+        metavar="COLUMN",
+        help="--follow: what of the impacts --plot draws: x1, v1, v2, phase, approach_velocity "
+        "(default: x1, of a wall at rest approach_velocity)",
     )
     outputs.add_outputs(command, "the motions")
     command.set_defaults(run=run)
@@ -201,6 +202,7 @@ def _no_motion(request: shared.Request, found: NotFound) -> ExitCode:
 
 def _follow(request: shared.Request, system: System) -> ExitCode:
     options = request.options
+    drawn = request.drawn(AT_IMPACTS)
     word, *ends = options.follow
     name = shared.chosen_name("--follow", word, request.names)
     try:
@@ -217,7 +219,7 @@ def _follow(request: shared.Request, system: System) -> ExitCode:
     branch, interrupted = outputs.partial_on_interrupt(
         lambda: follow_motion(motion, **steps, **request.units, **parameter)
     )
-    _write_branch(options, branch)
+    _write_branch(options, branch, drawn)
     if interrupted is not None:
         raise interrupted
     broken = any(end in _BROKEN_OFF for end in branch.ends)
@@ -281,7 +283,7 @@ def _plot_structures(motions: Sequence[StructureOrbit], path: Path) -> None:
             ax.set_title(f"{motion.label}, {motion.stability}", loc="right")
 
 
-def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
+def _write_branch(options: argparse.Namespace, branch: Branch, drawn: dict[str, Any]) -> None:
     """Write and print a branch: its points, then its bifurcations."""
     write = outputs.Writing()
     if options.csv:
@@ -291,13 +293,14 @@ def _write_branch(options: argparse.Namespace, branch: Branch) -> None:
             for k, value in enumerate(piece.values.tolist())
         )
         special = ((found.kind, found.value, found.motion) for found in branch.bifurcations)
-        rows = (
-            [kind, value, *table.csv_row(motion, options.units).values()]
+        rows = [
+            {"kind": kind, branch.parameter: value, **table.csv_row(motion, options.units)}
             for kind, value, motion in itertools.chain(points, special)
-        )
-        write(outputs.write_csv, options.csv, ["kind", branch.parameter, *table.CSV_NAMES], rows)
+        ]
+        names = [*rows[0]] if rows else ["kind", branch.parameter, *table.CSV_NAMES]
+        write(outputs.write_csv, options.csv, names, (row.values() for row in rows))
     if options.plot and branch.pieces:
-        write(_plot_branch, branch, options.plot, options.value, options.units)
+        write(_plot_branch, branch, options.plot, drawn, options.units)
     stream = outputs.summary_stream(options)
     heads = ["bifurcation", branch.parameter, "motion", "goes on as"]
     printed = [
@@ -322,8 +325,8 @@ def _legs(legs: Iterable[Leg]) -> str:
     return ", ".join(text if number == 1 else f"{number} x {text}" for number, text in counted)
 
 
-def _plot_branch(branch: Branch, path: Path, value: str | None, units: Units | None) -> None:
+def _plot_branch(branch: Branch, path: Path, drawn: dict[str, Any], units: Units | None) -> None:
     from .. import plot
 
     with outputs.figure(path, 7.1, 4.0) as figure:
-        plot.branches(branch, value=value, ax=figure.subplots(), units=units)
+        plot.branches(branch, ax=figure.subplots(), units=units, **drawn)

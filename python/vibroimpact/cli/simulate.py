@@ -164,9 +164,8 @@ def _plot(result: Run | StructureRun, path: Path, units: dict[str, Any]) -> None
     from .. import plot
 
     with outputs.figure(path, 7.1, 2.6) as figure:
-        if isinstance(result, StructureRun):
-            result.plot(ax=figure.subplots())
-            return
         left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-        plot.time_history(result, color="regime", ax=left, **units)
-        plot.phase_portrait(result, color="regime", ax=right, **units)
+        # The stops of a structure are told by colour, the impacts of a system by regime.
+        marked = {} if isinstance(result, StructureRun) else {"color": "regime", **units}
+        plot.time_history(result, ax=left, **marked)
+        plot.phase_portrait(result, ax=right, **marked)
