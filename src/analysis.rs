@@ -27,7 +27,7 @@ pub use structure_lyapunov::{StructureLyapunovError, StructureSpectrum, structur
 pub use structure_orbit::{
     StructureOrbit, StructureOrbitError, StructureStability, structure_orbit,
 };
-pub use structure_sweep::{StructurePoint, structure_sweep};
+pub use structure_sweep::{StructureCells, StructurePoint, structure_sweep};
 pub use sweep::{
     Cell, Measure, PointStatus, SweepOptions, SweepPoint, SweepRows, SweepStart, arrive_many,
     run_many, sweep,

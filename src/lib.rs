@@ -66,7 +66,7 @@ pub mod tangent;
 
 pub use analysis::{
     CHATTERING, Cell, Evidence, EvidenceKind, Growth, ImpactCount, Kind, LyapunovError, Measure,
-    PeriodReport, PointStatus, Spectrum, StructureLyapunovError, StructureOrbit,
+    PeriodReport, PointStatus, Spectrum, StructureCells, StructureLyapunovError, StructureOrbit,
     StructureOrbitError, StructurePoint, StructureSpectrum, StructureStability, SweepOptions,
     SweepPoint, SweepRows, SweepStart, WhyUndecided, Workers, arrive_many, detect_period,
     largest_lyapunov_exponent, largest_lyapunov_exponents, lyapunov_spectrum, run_many,

@@ -64,7 +64,7 @@ mod _core {
     #[pymodule_export]
     use super::structure_run::PyStructureRun;
     #[pymodule_export]
-    use super::structure_sweep::structure_sweep;
+    use super::structure_sweep::{PyStructureSweep, structure_sweep};
     #[pymodule_export]
     use super::sweep::{PySweep, sweep};
     #[pymodule_export]

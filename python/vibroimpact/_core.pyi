@@ -49,6 +49,7 @@ __all__ = [
     "StructureOrbit",
     "StructureRun",
     "StructureSpectrum",
+    "StructureSweep",
     "Sweep",
     "System",
     "Systems",
@@ -722,6 +723,53 @@ class Run:
     ) -> Run: ...
 
 @final
+class StructureSweep:
+    """Result of structure_sweep: a column for each quantity; the rows of sections are ragged."""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the sweep."""
+    @property
+    def status(self) -> NDArray[np.int8]:
+        """(n,) place of each status in ``STATUS_NAMES``."""
+    @property
+    def impact_count(self) -> NDArray[np.int64]:
+        """(n,) kept impacts of each cell."""
+    @property
+    def impacts(self) -> dict[str, NDArray[Any]]:
+        """Columns of all kept impacts, as StructureRun has them."""
+    @property
+    def stroboscopic_count(self) -> NDArray[np.int64]:
+        """(n,) kept stroboscopic states of each cell."""
+    @property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """(rows, 2, N) q and v."""
+    @property
+    def m(self) -> NDArray[np.int64]:
+        """(n,) period in drive periods, 0 where none was found."""
+    @property
+    def n(self) -> NDArray[np.int64]:
+        """(n,) impacts per orbit, -1 with complete chatter."""
+    @property
+    def motion(self) -> NDArray[np.int8]:
+        """(n,) place of each kind of motion in ``MOTION_NAMES``."""
+    @property
+    def residual(self) -> NDArray[np.float64]:
+        """(n,) largest difference of sections m periods apart."""
+    @property
+    def exponents(self) -> NDArray[np.float64]:
+        """(n, most) Lyapunov exponents, descending; NaN where a cell has none."""
+    @property
+    def exponent_errors(self) -> NDArray[np.float64]:
+        """(n, most) their standard errors."""
+    @property
+    def contact_fraction(self) -> NDArray[np.float64]:
+        """(n,) part of the kept window in contact; NaN where nothing is kept."""
+    @property
+    def final_states(self) -> NDArray[np.float64]:
+        """(n, 2, N) state at the end."""
+
+@final
 class Sweep:
     """Result of sweep: a column for each quantity; the rows of both sections are ragged."""
 
@@ -930,18 +978,27 @@ def structure_spectrum(
 
 def structure_sweep(
     structures: Sequence[Structure],
-    initial: NDArray[np.float64],
+    which: NDArray[np.int64],
+    names: Sequence[str],
+    values: NDArray[np.float64],
+    initials: NDArray[np.float64],
     *,
     periods: int,
     keep: int,
     start: str = "fresh",
+    measure: str = "returns",
+    measured: int = 0,
+    rows: bool = True,
     max_events: int = ...,
     chatter_tolerance: float = ...,
     section_phase: float = 0.0,
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
-) -> tuple[list[tuple[int, StructureRun | None, PeriodReport | None]], bool]:
-    """Of each point its status in STATUS_NAMES, run and report; and whether Ctrl-C ended it."""
+) -> StructureSweep:
+    """One run per cell, of the structure ``which[i]`` with the numbers ``names`` of row i.
+
+    ``initials`` has the shape (n, 2, N). Progress and Ctrl-C as in ``sweep``.
+    """
 
 def sweep(
     system: System,

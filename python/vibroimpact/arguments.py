@@ -250,22 +250,23 @@ def swept(
     allowed: Sequence[str],
     *,
     exactly: int | None = None,
+    shown: str | None = None,
 ) -> None:
     """Refuse keywords that are neither arguments of a function nor what it can sweep.
 
-    ``exactly`` so many are wanted; None for any number.
+    ``exactly`` so many are wanted; None for any number. ``shown`` lists what is allowed in words.
     """
+    shown = ", ".join(allowed) if shown is None else shown
     for name in given:
         if name not in allowed:
             arguments = [*allowed, *inspect.signature(function).parameters]
             hint = close_to(name, arguments) or ";"
             raise ParameterError(
-                f"unknown argument {name} of {function.__name__}{hint} "
-                f"what can be swept: {', '.join(allowed)}"
+                f"unknown argument {name} of {function.__name__}{hint} what can be swept: {shown}"
             )
     if exactly is not None and len(given) != exactly:
         raise ParameterError(
-            f"{function.__name__} sweeps exactly {exactly} of {', '.join(allowed)}; "
+            f"{function.__name__} sweeps exactly {exactly} of {shown}; "
             f"got {', '.join(given) or 'nothing'}"
         )
 

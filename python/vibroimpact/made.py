@@ -40,6 +40,15 @@ def is_maker(system: Any) -> bool:
     return callable(system) and not isinstance(system, System)
 
 
+def is_structure(system: Any) -> bool:
+    """Whether this is a Structure; who works without does not load its module."""
+    if isinstance(system, System) or callable(system):
+        return False
+    from .structure import Structure
+
+    return isinstance(system, Structure)
+
+
 def in_words(values: Mapping[str, float]) -> str:
     """Return the numbers in words, for messages."""
     return ", ".join(f"{name} = {value!r}" for name, value in values.items())
@@ -186,6 +195,8 @@ def in_units(
     """
     if not in_si(units):
         return system, initial
+    if is_structure(system):
+        reject("units", units, "None: a structure has no scales")
     need_system(system, maker=True)
     if is_maker(system):
         reject("units", units, "None where a function makes the system, in units of its own")

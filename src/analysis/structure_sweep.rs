@@ -1,103 +1,180 @@
-//! Runs of structures that differ in some numbers, side by side or each from the end of the one before.
+//! Sweeps of structures: one run for each cell, of which the label and what else is wanted is kept.
+//!
+//! Every point is a run of its own, or a followed branch is one task from end to end, so the result
+//! has the same bits for any number of threads.
 
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use rayon::prelude::*;
-
 use crate::analysis::period::PeriodReport;
-use crate::analysis::sweep::{PointStatus, SweepStart};
-use crate::analysis::workers::Workers;
+use crate::analysis::structure_lyapunov::structure_lyapunov;
+use crate::analysis::sweep::{
+    Measure, OnBranch, PointStatus, SweepOptions, SweepStart, follow, in_order,
+};
+use crate::analysis::workers::{Workers, side_by_side};
+use crate::model::error::ParameterError;
 use crate::model::structure::{Structure, StructureState};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::event::StopReason;
-use crate::simulate::run::{Run, RunError, RunOptions, run};
+use crate::simulate::run::{Run, RunError, StopImpactRecord, run};
 
-/// One point: its run, what it says of the motion, and how it was begun.
-#[derive(Debug, Clone)]
+/// The cells of a sweep: structure and start of each are made when its run begins, for there may be
+/// many.
+pub trait StructureCells: Sync {
+    /// How many.
+    fn count(&self) -> usize;
+    /// The structure of a cell.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for a number out of range.
+    fn structure(&self, place: usize) -> Result<Structure, ParameterError>;
+    /// Where it starts.
+    fn initial(&self, place: usize) -> StructureState;
+}
+
+/// What is kept of one point.
+#[derive(Debug, Clone, PartialEq)]
 pub struct StructurePoint {
-    /// Completed, restarted, or why not.
+    /// What became of it.
     pub status: PointStatus,
-    /// The run, also one that failed; `None` for a start that does not fit, or one that was not begun.
-    pub run: Option<Run<Structure>>,
-    /// Its period and label.
-    pub report: Option<PeriodReport>,
+    /// Period, with the label if that was wanted.
+    pub period: Option<PeriodReport>,
+    /// Lyapunov exponents with their standard errors, those wanted.
+    pub exponents: Vec<[f64; 2]>,
+    /// State at the end.
+    pub final_state: Option<StructureState>,
+    /// Part of the kept window in which a stop is closed; NaN where nothing is kept.
+    pub contact_fraction: f64,
+    /// The kept impacts, if rows are wanted,
+    pub impacts: Vec<StopImpactRecord>,
+    /// and the kept sections.
+    pub stroboscopic: Vec<StructureState>,
+}
+
+impl OnBranch for StructurePoint {
+    type State = StructureState;
+
+    fn status(&self) -> PointStatus {
+        self.status
+    }
+
+    fn end(&self) -> Option<StructureState> {
+        self.final_state.clone()
+    }
 }
 
 impl StructurePoint {
-    fn none(status: PointStatus) -> Self {
-        Self { status, run: None, report: None }
+    fn empty(status: PointStatus) -> Self {
+        Self {
+            status,
+            period: None,
+            exponents: Vec::new(),
+            final_state: None,
+            contact_fraction: f64::NAN,
+            impacts: Vec::new(),
+            stroboscopic: Vec::new(),
+        }
     }
 
     fn new(
         structure: &Structure,
-        initial: &StructureState,
-        options: RunOptions,
+        initial: StructureState,
+        options: &SweepOptions,
         restarted: bool,
         cancel: &CancelToken,
     ) -> Self {
-        match run(structure, initial.clone(), options, cancel) {
-            Ok(run) if run.stop_reason == StopReason::Interrupted => {
-                Self::none(PointStatus::Pending)
-            }
-            Ok(run) => {
-                let report = run.period(cancel);
-                if report.is_interrupted() {
-                    return Self::none(PointStatus::Pending);
-                }
-                let status = PointStatus::of(run.stop_reason, restarted);
-                Self { status, run: Some(run), report: Some(report) }
-            }
-            Err(RunError::Simulation { done, .. }) => {
-                Self { status: PointStatus::Failed, run: Some(*done), report: None }
-            }
-            Err(_) => Self::none(PointStatus::Overlap),
+        if cancel.is_cancelled() {
+            return Self::empty(PointStatus::Pending);
         }
+        let run = match run(structure, initial, options.run, cancel) {
+            Ok(run) => run,
+            Err(RunError::State(_)) => return Self::empty(PointStatus::Overlap),
+            Err(_) => return Self::empty(PointStatus::Failed),
+        };
+        let status = PointStatus::of(run.stop_reason, restarted);
+        let (mut period, mut exponents) = (None, Vec::new());
+        if run.stop_reason.reached_the_end() {
+            (period, exponents) = measured(&run, options.measure, cancel);
+        }
+        // What was measured may have been cut short.
+        if status == PointStatus::Pending || cancel.is_cancelled() {
+            return Self::empty(PointStatus::Pending);
+        }
+        let mut point = Self { period, exponents, ..Self::empty(status) };
+        point.contact_fraction = run.time_in_contact() / (run.final_state.time - run.kept_from());
+        point.final_state = Some(run.final_state.state);
+        if options.rows {
+            (point.impacts, point.stroboscopic) = (run.impacts, run.stroboscopic);
+        }
+        point
     }
 }
 
-/// The points of a sweep, each from `initial` or followed from the one before; `count` counts those
-/// that are done. Points that `cancel` has ended are pending.
+/// What is wanted of a run that has come to its end.
+fn measured(
+    run: &Run<Structure>,
+    measure: Measure,
+    cancel: &CancelToken,
+) -> (Option<PeriodReport>, Vec<[f64; 2]>) {
+    if measure == Measure::Returns {
+        return (Some(run.section_report(cancel)), Vec::new());
+    }
+    let (report, later) = run.settled(cancel);
+    let settled = later.as_ref().unwrap_or(run);
+    let exponents = match measure {
+        Measure::LargestExponent => vec![settled.largest_exponent(&report, cancel)],
+        Measure::Spectrum(periods) => {
+            let (start, all) = (settled.final_state.state.clone(), 2 * run.system.coordinates());
+            match structure_lyapunov(&run.system, start, periods, all, None, cancel) {
+                Ok(found) => {
+                    found.exponents.into_iter().zip(found.errors).map(|(x, e)| [x, e]).collect()
+                }
+                Err(_) => vec![[f64::NAN; 2]; all],
+            }
+        }
+        Measure::Returns | Measure::Label => Vec::new(),
+    };
+    (Some(report), exponents)
+}
+
+/// Runs every cell, and counts in `done` those that are. `cancel` ends the sweep; cells not done
+/// are then pending.
+///
+/// # Errors
+/// [`ParameterError`] for a bad option or cell, before any run.
 pub fn structure_sweep(
-    structures: &[&Structure],
-    initial: &StructureState,
-    options: RunOptions,
+    cells: &dyn StructureCells,
+    options: SweepOptions,
     start: SweepStart,
     workers: &Workers,
     cancel: &CancelToken,
-    count: &AtomicUsize,
-) -> Vec<StructurePoint> {
-    let done = |point: StructurePoint| {
-        count.fetch_add(1, Relaxed);
+    done: &AtomicUsize,
+) -> Result<Vec<StructurePoint>, ParameterError> {
+    for place in 0..cells.count() {
+        options.run.check(&cells.structure(place)?)?;
+    }
+    let counted = |point: StructurePoint| {
+        done.fetch_add(usize::from(point.status != PointStatus::Pending), Relaxed);
         point
     };
-    if start == SweepStart::Fresh {
-        return workers.install(|| {
-            structures
-                .par_iter()
-                .map(|structure| {
-                    if cancel.is_cancelled() {
-                        return StructurePoint::none(PointStatus::Pending);
-                    }
-                    done(StructurePoint::new(structure, initial, options, false, cancel))
-                })
-                .collect()
-        });
-    }
-    let mut points = vec![StructurePoint::none(PointStatus::Pending); structures.len()];
-    let mut state = initial.clone();
-    for step in 0..structures.len() {
-        let place = if start == SweepStart::Backward { structures.len() - 1 - step } else { step };
-        if cancel.is_cancelled() {
-            break;
+    let begun = |place: usize, from: Option<&StructureState>, restarted: bool| {
+        let Ok(structure) = cells.structure(place) else {
+            return StructurePoint::empty(PointStatus::Failed);
+        };
+        let initial = from.cloned().unwrap_or_else(|| cells.initial(place));
+        StructurePoint::new(&structure, initial, &options, restarted, cancel)
+    };
+    Ok(workers.install(|| {
+        if start == SweepStart::Fresh {
+            let points = side_by_side(cells.count(), &|next, done, _| {
+                while let Some(place) = next().filter(|_| !cancel.is_cancelled()) {
+                    done(place, counted(begun(place, None, false)));
+                }
+            });
+            let pending = || StructurePoint::empty(PointStatus::Pending);
+            return points.into_iter().map(|point| point.unwrap_or_else(pending)).collect();
         }
-        let mut point = StructurePoint::new(structures[place], &state, options, false, cancel);
-        if point.status == PointStatus::Overlap {
-            point = StructurePoint::new(structures[place], initial, options, true, cancel);
-        }
-        if let Some(run) = point.run.as_ref().filter(|run| run.stop_reason.reached_the_end()) {
-            state = run.final_state.state.clone();
-        }
-        points[place] = done(point);
-    }
-    points
+        let mut last = None;
+        in_order(cells.count(), start, |place| {
+            counted(follow(&mut last, |from, restarted| begun(place, from, restarted)))
+        })
+    }))
 }

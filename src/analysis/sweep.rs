@@ -304,15 +304,13 @@ pub fn sweep(
             return points.into_iter().map(|point| point.unwrap_or_else(pending)).collect();
         }
         let mut last = None;
-        let mut one = |cell: &Cell| counted(follow(cell, &mut last, &options, cancel));
-        let mut points: Vec<SweepPoint>;
-        if start == SweepStart::Backward {
-            points = cells.iter().rev().map(one).collect();
-            points.reverse();
-        } else {
-            points = cells.iter().map(&mut one).collect();
-        }
-        points
+        in_order(cells.len(), start, |place| {
+            let begun = |from: Option<&State>, restarted: bool| {
+                let initial = from.copied().unwrap_or(cells[place].initial);
+                fresh(&Cell { initial, ..cells[place] }, &options, restarted, cancel)
+            };
+            counted(follow(&mut last, begun))
+        })
     }))
 }
 
@@ -324,26 +322,54 @@ fn fresh(cell: &Cell, options: &SweepOptions, restarted: bool, cancel: &CancelTo
     SweepPoint::of(run, restarted, options, cancel)
 }
 
-/// From the last state, or from the cell's own where there is none or it does not fit.
-fn follow(
-    cell: &Cell,
-    last: &mut Option<State>,
-    options: &SweepOptions,
-    cancel: &CancelToken,
-) -> SweepPoint {
-    let point = match *last {
-        None => fresh(cell, options, false, cancel),
-        Some(initial) => {
-            let followed = fresh(&Cell { initial, ..*cell }, options, false, cancel);
-            if followed.status == PointStatus::Overlap {
-                fresh(cell, options, true, cancel)
-            } else {
-                followed
-            }
-        }
-    };
-    if point.final_state.is_some() {
-        *last = point.final_state;
+/// A point of a branch.
+pub(super) trait OnBranch {
+    /// Where its run ends.
+    type State: Clone;
+    /// What became of it,
+    fn status(&self) -> PointStatus;
+    /// and its last state, if it has a run.
+    fn end(&self) -> Option<Self::State>;
+}
+
+impl OnBranch for SweepPoint {
+    type State = State;
+
+    fn status(&self) -> PointStatus {
+        self.status
+    }
+
+    fn end(&self) -> Option<State> {
+        self.final_state
+    }
+}
+
+/// The points of a branch, made in the order of its start.
+pub(super) fn in_order<P>(
+    count: usize,
+    start: SweepStart,
+    mut one: impl FnMut(usize) -> P,
+) -> Vec<P> {
+    if start != SweepStart::Backward {
+        return (0..count).map(one).collect();
+    }
+    let mut points: Vec<P> = (0..count).rev().map(&mut one).collect();
+    points.reverse();
+    points
+}
+
+/// A point from the last state, or from its own start where there is none or it does not fit:
+/// `begun` makes it from a state, or from its own, which counts as a restart or not.
+pub(super) fn follow<P: OnBranch>(
+    last: &mut Option<P::State>,
+    begun: impl Fn(Option<&P::State>, bool) -> P,
+) -> P {
+    let mut point = begun(last.as_ref(), false);
+    if last.is_some() && point.status() == PointStatus::Overlap {
+        point = begun(None, true);
+    }
+    if let Some(end) = point.end() {
+        *last = Some(end);
     }
     point
 }

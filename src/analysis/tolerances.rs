@@ -169,5 +169,8 @@ pub const RESIDUAL_NOISE: f64 = 64.0;
 /// the size of the derivative.
 pub const MULTIPLIER_NOISE: f64 = 64.0;
 
+/// A multiplier is known to a few digits, and tells an exponent, from so many times its rounding on.
+pub const CERTAIN_MULTIPLIER: f64 = 1e3;
+
 /// A smaller part of the largest singular value is 0 to rounding.
 pub const SINGULAR: f64 = 1e-14;

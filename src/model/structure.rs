@@ -13,6 +13,9 @@ mod pairs;
 mod simultaneous;
 mod state;
 mod stop;
+mod with;
+
+use std::sync::Arc;
 
 use nalgebra::Complex;
 
@@ -21,7 +24,7 @@ use crate::model::parameters::ImpactLaw;
 use crate::numerics::dense::Matrix;
 use crate::numerics::double_double::DoubleDouble;
 use damping::{Damping, ModalDamping};
-use modes::{NoModes, modes};
+use modes::{Modes, NoModes, modes};
 pub use simultaneous::Simultaneous;
 pub use state::{Coordinates, StructureState};
 pub use stop::Stop;
@@ -65,6 +68,8 @@ pub struct Structure {
     law: ImpactLaw,
     simultaneous: Simultaneous,
     modes: Vec<Mode>,
+    /// As they were found, from which the rows of a stop are made anew.
+    found: Arc<Modes>,
     /// Phi^T C Phi, where that couples the modes.
     coupling: Option<Matrix>,
     contacts: Vec<StopContactRows>,
@@ -251,6 +256,7 @@ impl StructureBuilder {
             law: self.law,
             simultaneous: self.simultaneous,
             modes,
+            found: Arc::new(found),
             coupling,
             contacts,
         })

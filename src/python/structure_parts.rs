@@ -172,7 +172,7 @@ fn event_rows(of: &Columns<'_, '_>) -> PyResult<Vec<EventRecord>> {
 }
 
 /// States from an array (k, 2, N).
-fn starts(array: &PyReadonlyArray3<'_, f64>) -> Vec<StructureState> {
+pub(super) fn starts(array: &PyReadonlyArray3<'_, f64>) -> Vec<StructureState> {
     let rows = array.as_array();
     let of = |start: numpy::ndarray::ArrayView2<'_, f64>| {
         StructureState::new(&start.row(0).to_vec(), &start.row(1).to_vec())

@@ -30,28 +30,7 @@ impl Crossing for Structure {
         run: &Run<Self>,
         rows: &[StopImpactRecord],
     ) -> PyResult<Bound<'py, PyAny>> {
-        let width = run.system.coordinates();
-        let table = PyDict::new(py);
-        let floats =
-            |of: fn(&StopImpactRecord) -> f64| PyArray1::from_iter(py, rows.iter().map(of));
-        let whole = |of: fn(&StopImpactRecord) -> i64| PyArray1::from_iter(py, rows.iter().map(of));
-        let wide = |of: fn(&StopImpactRecord) -> &[f64]| {
-            matrix(py, rows.len(), width, rows.iter().map(of))
-        };
-        table.set_item("time", floats(|row| row.time))?;
-        table.set_item("period", whole(|row| row.period))?;
-        table.set_item("time_in_period", floats(|row| row.time_in_period))?;
-        table.set_item("stop", whole(|row| row.stop))?;
-        table.set_item("q", wide(|row| &row.q)?)?;
-        table.set_item("v_pre", wide(|row| &row.v_pre)?)?;
-        table.set_item("v_post", wide(|row| &row.v_post)?)?;
-        table.set_item("approach_velocity", floats(|row| row.approach_velocity))?;
-        table.set_item("phase", floats(|row| row.phase))?;
-        table.set_item("regime", whole(|row| row.regime as i64))?;
-        table.set_item("impulse_normal", floats(|row| row.impulse_normal))?;
-        table.set_item("impulse_tangential", floats(|row| row.impulse_tangential))?;
-        table.set_item("energy_loss", floats(|row| row.energy_loss))?;
-        Ok(table.into_any())
+        Ok(impacts(py, run.system.coordinates(), rows)?.into_any())
     }
 
     fn works(run: &Run<Self>, cancel: &CancelToken) -> Option<Works> {
@@ -81,6 +60,33 @@ fn matrix<'py, 'a>(
     let mut flat = Vec::with_capacity(count * width);
     rows.for_each(|row| flat.extend_from_slice(row));
     PyArray1::from_vec(py, flat).reshape([count, width])
+}
+
+/// Columns of impacts.
+pub(super) fn impacts<'py>(
+    py: Python<'py>,
+    width: usize,
+    rows: &[StopImpactRecord],
+) -> PyResult<Columns<'py>> {
+    let table = PyDict::new(py);
+    let floats = |of: fn(&StopImpactRecord) -> f64| PyArray1::from_iter(py, rows.iter().map(of));
+    let whole = |of: fn(&StopImpactRecord) -> i64| PyArray1::from_iter(py, rows.iter().map(of));
+    let wide =
+        |of: fn(&StopImpactRecord) -> &[f64]| matrix(py, rows.len(), width, rows.iter().map(of));
+    table.set_item("time", floats(|row| row.time))?;
+    table.set_item("period", whole(|row| row.period))?;
+    table.set_item("time_in_period", floats(|row| row.time_in_period))?;
+    table.set_item("stop", whole(|row| row.stop))?;
+    table.set_item("q", wide(|row| &row.q)?)?;
+    table.set_item("v_pre", wide(|row| &row.v_pre)?)?;
+    table.set_item("v_post", wide(|row| &row.v_post)?)?;
+    table.set_item("approach_velocity", floats(|row| row.approach_velocity))?;
+    table.set_item("phase", floats(|row| row.phase))?;
+    table.set_item("regime", whole(|row| row.regime as i64))?;
+    table.set_item("impulse_normal", floats(|row| row.impulse_normal))?;
+    table.set_item("impulse_tangential", floats(|row| row.impulse_tangential))?;
+    table.set_item("energy_loss", floats(|row| row.energy_loss))?;
+    Ok(table)
 }
 
 run_methods! { PyStructureRun {
@@ -233,7 +239,7 @@ impl PyStructureRun {
 }
 
 /// States as an array (n, 2, N).
-fn states<'py, 'a>(
+pub(super) fn states<'py, 'a>(
     py: Python<'py>,
     width: usize,
     rows: impl Iterator<Item = &'a StructureState>,

@@ -156,7 +156,7 @@ impl PySweep {
     }
 }
 
-fn measure_from(name: &str, measured: u32) -> Result<Measure, ParameterError> {
+pub(super) fn measure_from(name: &str, measured: u32) -> Result<Measure, ParameterError> {
     match name {
         "returns" => Ok(Measure::Returns),
         "label" => Ok(Measure::Label),

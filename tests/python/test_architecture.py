@@ -174,6 +174,8 @@ NOUNS = [
     "sweeps.labels",
     "sweeps.label_array",
     "sweeps.columns",
+    "sweeps.machines",
+    "sweeps.structure_machine",
     "sweeps.made_cells",
     "sweeps.store_layout",
     "sweeps.store_check",

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from ctrl_c import asks_of, ctrl_c_at
 from struck import REST, SETTLING, orbit, settled_run, small_diagram, spectrum
 
 
@@ -16,10 +17,12 @@ def test_the_points_of_a_diagram_are_the_single_runs():
         assert diagram.run(i).impacts.tobytes() == single.impacts.tobytes()
         assert np.array_equal(diagram.run(i).final_state.state, single.final_state.state)
         here = slice(*diagram.offset[i : i + 2])
-        assert diagram.impacts["time"][here].tolist() == single.impacts["time"].tolist()
-        assert set(diagram.impact_values[here].tolist()) == {frequency}
+        assert diagram.impacts[here].tobytes() == single.impacts.tobytes()
+        sections = slice(*diagram.stroboscopic_offset[i : i + 2])
+        assert np.array_equal(diagram.stroboscopic[sections], single.stroboscopic)
+        assert set(diagram.impact_parameter[here].tolist()) == {frequency}
         assert (diagram.label[i], diagram.m[i], diagram.n[i]) == (single.label, 1, 1)
-    assert diagram.stroboscopic.shape == (len(diagram.stroboscopic_values), 2, 1)
+    assert diagram.stroboscopic.shape == (len(diagram.stroboscopic_parameter), 2, 1)
 
 
 def test_continuation_goes_from_point_to_point_in_both_directions():
@@ -33,17 +36,31 @@ def test_continuation_goes_from_point_to_point_in_both_directions():
         start=("forward", "backward"),
     )
     assert both.branch.tolist() == [0] * 5 + [1] * 5
-    assert both.values.tolist() == [*values, *values]
-    before = [both.run(i - 1 if branch == 0 else i + 1) for i, branch in ((1, 0), (8, 1))]
-    for i, run in zip((1, 8), before, strict=True):
-        state = run.final_state
+    assert both.parameter.tolist() == [*values, *values]
+    for i, before in ((1, 0), (8, 9)):
+        state = both.run(before).final_state
         again = vi.simulate(
-            SETTLING.replace(drive_frequency=both.values[i]),
+            SETTLING.replace(drive_frequency=both.parameter[i]),
             initial=[state.q, state.v],
             periods=60,
             keep=1,
         )
-        assert np.allclose(both.run(i).final_state.q, again.final_state.q, rtol=0, atol=1e-12)
+        assert both.run(i).initial.tolist() == [state.q.tolist(), state.v.tolist()]
+        assert np.array_equal(both.final_states[i], [again.final_state.q, again.final_state.v])
+
+
+def test_several_starts_are_branches_and_one_that_does_not_fit_is_begun_anew():
+    starts = [[[0.0], [0.0]], [[-0.5], [0.2]]]
+    # On a stop that is closed a motion ends where the next one has no room.
+    pressed = SETTLING.replace(static_load=[3.0], restitution=0.0)
+    diagram = vi.bifurcation_diagram(
+        pressed, initial=starts, gap=[0.4, 0.1, 0.4], start="forward", periods=3, keep=1
+    )
+    assert diagram.settings.initial == tuple(tuple(map(tuple, one)) for one in starts)
+    assert diagram.status.tolist() == ["completed", "restarted", "completed"] * 2
+    for i, start in ((0, starts[0]), (1, starts[0]), (3, starts[1]), (4, starts[1])):
+        assert diagram.run(i).initial.tolist() == start
+        assert np.array_equal(diagram.run(i).final_state.state, diagram.final_states[i])
 
 
 def test_a_function_makes_the_structures_of_a_diagram():
@@ -56,7 +73,7 @@ def test_a_function_makes_the_structures_of_a_diagram():
     values = [0.04, 0.05]
     diagram = vi.bifurcation_diagram(system, initial=REST[1], damping=values, periods=30, keep=5)
     assert made == values
-    assert diagram.name == "damping"
+    assert diagram.parameter_name == "damping"
     single = vi.simulate(SETTLING, initial=REST[1], periods=30, keep=5)
     assert diagram.run(1).impacts.tobytes() == single.impacts.tobytes()
 
@@ -71,24 +88,73 @@ def test_a_field_of_the_stops_is_varied_by_name():
 @pytest.mark.parametrize(
     ("asked", "what"),
     [
-        ({"damping": [0.1]}, "name of the parameter = 'damping' .*gap_0"),
-        ({"gap": [0.3], "store": "x"}, "store = 'x' is not allowed; allowed: None"),
-        (
-            {"gap": [0.3], "drive_frequency": [1.0]},
-            "parameters = 'gap, drive_frequency' .*exactly one",
-        ),
-        ({"gap": []}, r"gap = \[\] .*at least one value"),
+        ({"damping": [0.1]}, "unknown argument damping .*gap_0"),
+        ({"q_0": [0.1]}, "unknown argument q_0 .*gap_0"),
+        ({"gap": [0.3], "units": "SI"}, "units = 'SI' .*a structure has no scales"),
+        ({"gap": [0.3], "drive_frequency": [1.0]}, "exactly 1 of .*gap, drive_frequency"),
+        ({"gap": []}, r"gap = \[\] .*at least one number"),
         ({"gap": [float("nan")]}, r"gap\[0\] = nan .*finite"),
+        ({"gap": [0.3], "start": "forward", "refine": 1}, "refine = 1 .*followed branches"),
     ],
 )
-def test_what_a_diagram_of_structures_cannot_do_is_refused(asked, what):
+def test_bad_input_of_a_diagram_is_refused_by_name(asked, what):
     with pytest.raises(vi.ParameterError, match=what):
         vi.bifurcation_diagram(SETTLING, initial=REST[1], **asked)
 
 
 def test_a_start_beyond_a_stop_names_the_value():
-    with pytest.raises(vi.StateError, match=r"at gap=0\.1: "):
-        vi.bifurcation_diagram(SETTLING, initial=[[0.2], [0.0]], gap=[0.3, 0.1])
+    start = [[0.2], [0.0]]
+    for name in ("gap", "gap_0"):
+        with pytest.raises(vi.StateError, match=rf"at {name} = 0\.1, the smallest of its values: "):
+            vi.bifurcation_diagram(SETTLING, initial=start, **{name: [0.3, 0.1]})
+    with pytest.raises(vi.StateError, match=r"at by = 0\.1: "):
+        vi.bifurcation_diagram(lambda by: SETTLING.replace(gap=by), initial=start, by=[0.3, 0.1])
+
+
+def same(one, other):
+    """Check that two results have the same bits."""
+    for name in one.columns.names:
+        assert one.columns[name].tobytes() == other.columns[name].tobytes(), name
+
+
+@pytest.mark.parametrize("start", ["fresh", ("forward", "backward")])
+def test_a_store_is_resumed_and_threads_change_nothing(tmp_path, start):
+    asked = {"initial": REST[1], "drive_frequency": np.linspace(1.9, 2.1, 4), "start": start}
+    asked |= {"periods": 60, "keep": 10, "exponents": True}
+    whole = vi.bifurcation_diagram(SETTLING, workers=1, **asked)
+    asks = asks_of(lambda: vi.bifurcation_diagram(SETTLING, workers=1, chunk=1, **asked))
+    path = tmp_path / "d"
+    with ctrl_c_at(asks // 2) as caught:
+        vi.bifurcation_diagram(SETTLING, workers=1, chunk=1, store=path, **asked)
+    done = caught.value.result.status != "pending"
+    assert 0 < done.sum() < len(whole)
+    stored = vi.bifurcation_diagram(SETTLING, store=path, workers=2, **asked)
+    same(whole, stored)
+    loaded = vi.load(path)
+    assert isinstance(loaded, vi.StructureDiagram)
+    same(whole, loaded)
+    assert ((loaded.largest_exponent < 0) == (loaded.label == "1-1")).all()
+    whole.save(tmp_path / "d.npz")
+    again = vi.load(tmp_path / "d.npz")
+    same(whole, again)
+    assert again.impacts.tobytes() == whole.impacts.tobytes()
+    assert again.run(1).impacts.tobytes() == whole.run(1).impacts.tobytes()
+
+
+def test_steps_across_which_the_label_changes_are_halved():
+    diagram = vi.bifurcation_diagram(
+        SETTLING, initial=REST[1], gap=[0.3, 5.0], refine=3, periods=120, keep=20
+    )
+    assert len(diagram) == 5
+    assert {*diagram.label} >= {"1-1", "1-0"}
+
+
+def test_frames_have_a_column_for_each_number():
+    frame = small_diagram().to_pandas()
+    assert {"q_0", "v_pre_0", "stop", "approach_velocity"} <= {*frame.columns}
+    assert len(frame) == small_diagram().offset[-1]
+    assert {"q_0", "v_0"} <= {*small_diagram().to_pandas("stroboscopic").columns}
+    assert small_diagram().to_pandas("point")["drive_frequency"].tolist() == [1.9, 2.0, 2.05]
 
 
 def test_a_refined_motion_repeats():

@@ -6,17 +6,16 @@ from matplotlib.colors import to_rgba_array
 
 from ..arguments import naming, reject
 from ..sweeps import Sweep
-from ..sweeps.columns import COORDINATES
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .parameter_units import grid_label
-from .style import STATE_SYMBOLS, legend_above, new_axes
+from .style import STATE_SYMBOLS, legend_above, new_axes, structure_axis_name
 
 
 @naming
 def final_states(
     sweep: Sweep,
     *,
-    value: str = "x1",
+    value: str | None = None,
     size: float = 6.0,
     legend: bool = True,
     ax: Axes | None = None,
@@ -29,8 +28,9 @@ def final_states(
     ----------
     sweep : Sweep
         Result of `vibroimpact.sweep` over one axis.
-    value : str
-        What of the state: "x1", "v1", "x2" or "v2".
+    value : str, optional
+        What of the state: "x1", the default, "v1", "x2" or "v2"; of a structure "q_0", the default,
+        or another of its coordinates and velocities, such as "v_1".
     size : float
         Area of a point in square points.
     legend : bool
@@ -58,16 +58,19 @@ def final_states(
     """
     if not isinstance(sweep, Sweep) or len(sweep.axes) != 1:
         reject("sweep", sweep, "a vibroimpact.Sweep over one axis, or over two for plot.chart")
-    if value not in COORDINATES:
-        reject("value", value, f"one of {', '.join(COORDINATES)}")
+    coordinates = sweep._machine.coordinates
+    value = coordinates[0] if value is None else value
+    if value not in coordinates:
+        reject("value", value, f"one of {', '.join(coordinates)}")
     ((name, values),) = sweep.axes.items()
     codes = label_codes(sweep)
     palette = to_rgba_array([*(style.point_color for style in LABEL_STYLES), NO_LABEL_COLOR])
-    heights = sweep.final_states[:, COORDINATES.index(value)]
+    heights = sweep.final_states.reshape(len(values), -1)[:, coordinates.index(value)]
     ax = new_axes(ax)
     ax.scatter(values, heights, s=size, c=palette[np.minimum(codes, UNRESOLVED)], linewidths=0)
     if legend and len(codes):
         legend_above(ax, label_handles(np.unique(codes).tolist(), points=True), columns=4)
     ax.set_xlabel(grid_label(sweep, name))
-    ax.set_ylabel(f"{STATE_SYMBOLS[value]} at the end")
+    symbol = STATE_SYMBOLS.get(value) or structure_axis_name(value, made=False)
+    ax.set_ylabel(f"{symbol} at the end")
     return ax

@@ -17,15 +17,15 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from ..arguments import reject
-from ..made import made_from, value_of
+from ..made import is_structure, made_from, value_of
 from ..orbits.branch import Piece
 from ..scales import COLUMN_UNITS, Scales, needed
 from ..sweeps import Diagram
 from ..sweeps.columns import COORDINATES
-from ..sweeps.made_cells import START_FIELD
+from ..sweeps.machines import START
 from ..sweeps.results import GridResult
 from ..system import System
-from .style import PARAMETER_SYMBOLS, axis_name
+from .style import PARAMETER_SYMBOLS, axis_name, structure_axis_name
 
 Array = NDArray[np.float64]
 
@@ -91,6 +91,8 @@ def _quantity(name: str, system: System) -> float:
 
 def grid_label(result: GridResult, name: str) -> str:
     """Return the label of an axis of a result."""
+    if is_structure(result.system):
+        return structure_axis_name(name, made=result.is_made)
     if not result.is_made:
         return axis_name(name, made=False)
     grid = result.columns.grid
@@ -100,7 +102,7 @@ def grid_label(result: GridResult, name: str) -> str:
     at = [(float(values[cell[place]]), result.system_at(*cell), tuple(cell)) for cell in cells]
     if name not in COORDINATES:
         return quantity_label(name, [point[:2] for point in at])
-    starts = result.columns[START_FIELD.name] if START_FIELD.name in result.columns else None  # noqa: SIM401
+    starts = result.columns[START] if START in result.columns else None  # noqa: SIM401
     for value, system, cell in at:
         if starts is None or system.scales is None:
             return axis_name(name, made=True)

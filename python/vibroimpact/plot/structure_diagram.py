@@ -11,7 +11,19 @@ from numpy.typing import NDArray
 
 from ..arguments import count, naming, reject
 from ..sweeps.structure_diagram_results import StructureDiagram
-from .style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION, curve_legend, new_axes
+from .parameter_units import grid_label
+from .style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY_BLUE,
+    VERMILLION,
+    coordinate_symbol,
+    curve_legend,
+    new_axes,
+)
 
 Array = NDArray[np.float64]
 
@@ -84,22 +96,22 @@ def structure_bifurcation(
     value = known[section][0] if value is None else value
     if value not in known[section]:
         reject("value", value, f"one of {', '.join(known[section])} for section={section!r}")
-    width = next((run.system.coordinates for run in diagram.runs if run is not None), 1)
-    coordinate = count("coordinate", coordinate, least=0, most=width - 1)
+    most = diagram.system.coordinates - 1
+    coordinate = count("coordinate", coordinate, least=0, most=most)
     axes = new_axes(ax)
     style: dict[str, Any] = {"s": size, "linewidths": 0, "rasterized": True}
     if section == "stroboscopic":
         states = diagram.stroboscopic[:, int(value == "v"), coordinate]
-        axes.scatter(diagram.stroboscopic_values, states, color=BLACK, **style)
-        axes.set_ylabel(f"${_symbol(value, coordinate)}$ once per drive period")
+        axes.scatter(diagram.stroboscopic_parameter, states, color=BLACK, **style)
+        axes.set_ylabel(f"${coordinate_symbol(value, coordinate)}$ once per drive period")
     else:
         _draw_impacts(axes, diagram, value, coordinate, style, legend)
     ended = np.isin(diagram.status, ("completed", "restarted", "rest"))
     if not ended.all():
         across = axes.get_xaxis_transform()
-        missing = diagram.values[~ended]
+        missing = diagram.parameter[~ended]
         axes.vlines(missing, 0, 0.03, color="0.45", transform=across, linewidth=0.8)
-    axes.set_xlabel(diagram.name.replace("_", " "))
+    axes.set_xlabel(grid_label(diagram, diagram.parameter_name))
     return axes
 
 
@@ -111,20 +123,24 @@ def _draw_impacts(
     style: dict[str, Any],
     legend: bool,
 ) -> None:
-    if not len(diagram.impacts):
+    if not diagram.offset[-1]:
         axes.text(0.5, 0.5, "no impact in the kept drive periods", transform=axes.transAxes,
                   ha="center", va="center")  # fmt: skip
         return
-    column = diagram.impacts[value]
+    impacts = diagram.impacts
+    column = impacts[value]
     column = column[:, coordinate] if column.ndim == 2 else column
-    stops = diagram.impacts["stop"]
+    stops = impacts["stop"]
     present = np.unique(stops).tolist()
     # In a fixed random order, so that no stop hides the others.
     order = np.random.default_rng(0).permutation(len(column))
     colors = np.array([_STOP_COLORS[stop % len(_STOP_COLORS)] for stop in stops.tolist()])
     several = len(present) > 1
     axes.scatter(
-        diagram.impact_values[order], column[order], c=colors[order] if several else BLACK, **style
+        diagram.impact_parameter[order],
+        column[order],
+        c=colors[order] if several else BLACK,
+        **style,
     )
     if several:
         entries = {f"stop {stop}": _STOP_COLORS[stop % len(_STOP_COLORS)] for stop in present}
@@ -136,11 +152,4 @@ def _draw_impacts(
     if value in _IMPACT_VALUES:
         axes.set_ylabel(_IMPACT_VALUES[value])
     else:
-        axes.set_ylabel(f"${_symbol(value, coordinate)}$ at impacts")
-
-
-def _symbol(value: str, coordinate: int) -> str:
-    if value == "q":
-        return f"q_{{{coordinate}}}" if coordinate > 9 else f"q_{coordinate}"
-    sign = {"v_pre": "^-", "v_post": "^+"}.get(value, "")
-    return rf"\dot q_{{{coordinate}}}{sign}"
+        axes.set_ylabel(f"${coordinate_symbol(value, coordinate)}$ at impacts")

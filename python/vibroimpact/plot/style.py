@@ -127,6 +127,25 @@ def axis_name(name: str, *, made: bool) -> str:
     return symbols.get(name, name)
 
 
+def structure_axis_name(name: str, *, made: bool) -> str:
+    """Return the label of an axis of structures: numbers of stops in words, numbers of a start."""
+    what, _, place = name.partition("_")
+    if place.isdecimal() and what in ("q", "v"):
+        return f"${coordinate_symbol(what, int(place))}$"
+    if made:
+        return name
+    if place.isdecimal():
+        return f"{what} of stop {place}"
+    return name if name in ("gap", "restitution", "friction") else PARAMETER_SYMBOLS.get(name, name)
+
+
+def coordinate_symbol(what: str, place: int) -> str:
+    """Return the symbol of a coordinate of a structure: "q", or its velocity "v", "v_pre" ..."""
+    index = f"{{{place}}}" if place > 9 else f"{place}"
+    sign = {"v_pre": "^-", "v_post": "^+"}.get(what, "")
+    return f"q_{index}" if what == "q" else rf"\dot q_{index}{sign}"
+
+
 STATE_SYMBOLS = {
     "x1": r"$x_1$",
     "v1": r"$\dot x_1$",

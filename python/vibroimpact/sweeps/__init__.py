@@ -32,12 +32,13 @@ from .lyapunov import lyapunov_spectrum
 from .lyapunov_results import LyapunovSpectrum, LyapunovSweep
 from .results import GridResult as GridResult
 from .store import open_columns as open_columns
+from .structure_diagram_results import StructureDiagram as StructureDiagram
 from .sweep import chart, sweep
 from .sweep_results import Chart, Sweep
 
 # The results by the kind of their store or file.
 RESULTS: dict[str, type[GridResult]] = {
-    result.kind: result for result in (Sweep, Chart, Diagram, LyapunovSweep)
+    result.kind: result for result in (Sweep, Chart, Diagram, StructureDiagram, LyapunovSweep)
 }
 
 __all__ = [

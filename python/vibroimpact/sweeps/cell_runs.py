@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 import numpy as np
 
 from ..arguments import count, reject
 from ..errors import ParameterError, StateError
-from ..run import Run
 from ..simulation import simulate
-from ..system import System
-from .columns import COORDINATES
-from .diagram_results import Diagram
+from .diagram_results import AnyDiagram
 from .fields import STATUS_NAMES
-from .made_cells import START_FIELD
+from .machines import START, with_coordinates
 from .results import GridResult
 
 _PENDING = STATUS_NAMES.index("pending")
@@ -41,26 +37,26 @@ def place_of(shape: tuple[int, ...], names: tuple[str, ...], indices: Any) -> tu
     return tuple(place)
 
 
-def run_of_cell(result: GridResult, *indices: int) -> Run:
+def run_of_cell(result: GridResult, *indices: int) -> Any:
     """Make the run of a cell of a sweep again; see ``GridResult.run``."""
     axes = result.axes
     shape = tuple(len(values) for values in axes.values())
     place = place_of(shape, tuple(axes), indices)
     values = {name: float(axes[name][k]) for name, k in zip(axes, place, strict=True)}
     settings = result.settings
-    initial = [
-        values.get(name, given)
-        for name, given in zip(COORDINATES, settings["initial"], strict=True)
-    ]
+    machine = result._machine
+    initial = np.array(settings["initial"], dtype=float)[np.newaxis]
+    own = {name: np.array([value]) for name, value in values.items()}
+    initial = with_coordinates(machine, initial, own)[0].tolist()
     number = int(np.ravel_multi_index(place, shape)) if shape else 0
     initial = _start(result, place, initial)
     return _run(result.system_at(number), initial, settings)
 
 
-def run_of_point(diagram: Diagram, i: int) -> Run:
+def run_of_point(diagram: AnyDiagram, i: int) -> Any:
     """Make the run of a point of a diagram again; see ``Diagram.run``."""
     place = count("i", i, least=-len(diagram), most=len(diagram) - 1) % len(diagram)
-    settings = dataclasses.asdict(diagram.settings)
+    settings = vars(diagram.settings)
     branch, number = divmod(place, len(diagram.values))
     cell = np.unravel_index(place, diagram.columns.grid.shape)
     own = _start(diagram, cell, settings["initial"][branch])
@@ -74,7 +70,7 @@ def run_of_point(diagram: Diagram, i: int) -> Run:
     return _run(system, own, settings)
 
 
-def _followed(diagram: Diagram, branch: int, number: int, start: str) -> list[float] | None:
+def _followed(diagram: AnyDiagram, branch: int, number: int, start: str) -> list[float] | None:
     """Return the state from which a point of a followed branch started; None for the branch's own.
 
     It is the last state of the nearest point before it that has one: a run that failed has none,
@@ -105,12 +101,11 @@ def _followed(diagram: Diagram, branch: int, number: int, start: str) -> list[fl
 
 def _start(result: GridResult, cell: tuple[Any, ...], initial: Any) -> Any:
     """Return the start that a function made for a cell; without a function that of the settings."""
-    if START_FIELD.name not in result.columns:
+    if START not in result.columns:
         return initial
-    return result.columns[START_FIELD.name][cell].tolist()
+    return result.columns[START][cell].tolist()
 
 
-def _run(system: System, initial: Any, settings: dict[str, Any]) -> Run:
+def _run(system: Any, initial: Any, settings: dict[str, Any]) -> Any:
     names = ("periods", "keep", "max_events", "chatter_tolerance", "section_phase")
-    run: Run = simulate(system, initial=initial, **{name: settings[name] for name in names})
-    return run
+    return simulate(system, initial=initial, **{name: settings[name] for name in names})

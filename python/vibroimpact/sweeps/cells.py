@@ -19,14 +19,13 @@ from ..arguments import (
     optional_count,
     positive,
     reject,
-    state,
     swept,
 )
-from ..made import is_maker, need_system
-from ..system import System
+from ..made import is_maker
 from .columns import COORDINATES
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
+from .machines import START, Machine, Rows, machine_of, need_machine, with_coordinates
 from .made_cells import CellsToMake, Made
 
 # Periods that are kept of each run unless given, or all if there are fewer.
@@ -47,44 +46,27 @@ _LABEL = (
     Field("n", "int64", "impacts per orbit; -1 for complete chatter"),
     Field("residual", "float64", "largest difference of sections m periods apart"),
     Field("contact_fraction", "float64", "part of the kept time in sustained contact"),
-    Field("final_state", "float64", "x1, v1, x2, v2 at the end", (4,), ("coordinate",)),
 )
 _LARGEST = (
     Field("largest_exponent", "float64", "largest Lyapunov exponent per unit time"),
     Field("exponent_error", "float64", "its standard error"),
 )
-_SPECTRUM = (
-    Field("exponents", "float64", "Lyapunov exponents per unit time", (4,), ("exponent",)),
-    Field("exponent_errors", "float64", "their standard errors", (4,), ("exponent",)),
-)
-IMPACT_ROWS = RowGroup(
-    "impact",
-    (
-        Field("x1", "float64", "x1 at each kept impact"),
-        Field("v1", "float64", "x1' just before it"),
-        Field("v2", "float64", "x2' just before it"),
-        # "phase" is the name of a parameter, which may be an axis.
-        Field("impact_phase", "float64", "phase of the drive in [0, 2 pi)"),
-        Field("approach_velocity", "float64", "u just before it"),
-        Field("energy_loss", "float64", "energy it takes"),
-        Field("regime", "int8", "its regime"),
-    ),
-)
-STROBOSCOPIC_ROWS = RowGroup(
-    "stroboscopic",
-    (
-        Field(
-            "stroboscopic", "float64", "x1, v1, x2, v2 at each kept section", (4,), ("coordinate",)
-        ),
-    ),
-)
+
+
+def _spectrum(count: int) -> tuple[Field, ...]:
+    shape, dims = (count,), ("exponent",)
+    return (
+        Field("exponents", "float64", "Lyapunov exponents per unit time", shape, dims),
+        Field("exponent_errors", "float64", "their standard errors", shape, dims),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
     """Settings of each run of a grid; meanings as in ``simulate``."""
 
-    initial: tuple[float, float, float, float]
+    # As nested tuples.
+    initial: Any
     periods: int
     keep: int
     max_events: int | None = None
@@ -94,8 +76,9 @@ class RunSettings:
     @classmethod
     def checked(
         cls,
+        machine: Machine,
         *,
-        initial: ArrayLike,
+        initial: Any,
         periods: Any,
         keep: Any,
         max_events: Any,
@@ -105,7 +88,7 @@ class RunSettings:
         """Return the settings of valid arguments; ParameterError or StateError for others."""
         periods = count("periods", periods, least=1)
         return cls(
-            initial=state(initial),
+            initial=machine.start(initial),
             periods=periods,
             keep=kept_periods(keep, periods, usual=USUAL_KEEP),
             max_events=optional_count("max_events", max_events, least=1),
@@ -115,7 +98,7 @@ class RunSettings:
 
     def kernel_options(self) -> dict[str, Any]:
         """Return the options of the kernel; a cap of None stands for the core's own default."""
-        options = {k: v for k, v in dataclasses.asdict(self).items() if v is not None}
+        options = {k: v for k, v in vars(self).items() if v is not None}
         del options["initial"]
         return options
 
@@ -125,29 +108,43 @@ def checked_axes(
     system: Any,
     axes: Mapping[str, ArrayLike],
     *,
-    allowed: Sequence[str] = (*PARAMETERS, *COORDINATES),
+    starts: bool = True,
     exactly: int | None = None,
 ) -> dict[str, NDArray[np.float64]]:
-    """Return the axes of a function's grid: fields of System, coordinates of the initial state.
+    """Return the axes of a function's grid: numbers of a machine, coordinates of the start.
 
-    Where a function makes the system they are its arguments in place of fields of System.
+    Where a function makes the machine they are its arguments in place of the machine's numbers.
+
+    Parameters
+    ----------
+    function
+        The sweep, for messages.
+    system, axes
+        As the sweep gets them.
+    starts
+        Whether coordinates of the start are varied.
+    exactly
+        So many axes are wanted; None for any number.
 
     Raises
     ------
     ParameterError
-        If a name is not ``allowed``, there are not ``exactly`` so many, an axis is empty, or a
-        value is out of range.
+        If a name is not allowed, there are not ``exactly`` so many, an axis is empty, or a value is
+        out of range.
     """
-    need_system(system, maker=True)
+    need_machine(system)
     if is_maker(system):
-        names = [name for name in axes if name not in allowed or name not in COORDINATES]
-        swept(function, axes, [*names, *allowed], exactly=exactly)
+        # What the function takes is known to `made_cells`.
+        swept(function, axes, [*axes, *PARAMETERS], exactly=exactly)
         return {name: axis(name, values) for name, values in axes.items()}
-    swept(function, axes, allowed, exactly=exactly)
+    machine = machine_of(system)
+    more = machine.coordinates if starts else ()
+    shown = ", ".join((machine.named, *_first_of_each(more)))
+    swept(function, axes, [*machine.numbers, *more], exactly=exactly, shown=shown)
     checked = {}
     for name, values in axes.items():
         checked[name] = axis(name, values)
-        if name in PARAMETERS:
+        if name in machine.numbers:
             for value in (checked[name].min(), checked[name].max()):
                 system.replace(**{name: float(value)})
     frequencies = checked.get("drive_frequency", np.array([system.drive_frequency]))
@@ -156,12 +153,20 @@ def checked_axes(
     return checked
 
 
+def _first_of_each(coordinates: Sequence[str]) -> list[str]:
+    """Return names of coordinates for a message: there may be hundreds."""
+    if len(coordinates) <= len(COORDINATES):
+        return [*coordinates]
+    half = len(coordinates) // 2
+    return [f"{coordinates[0]} ...", f"{coordinates[half]} ..."]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CellTask:
     """One run for each cell of a grid over parameters and coordinates of the initial state."""
 
     kind: str
-    system: System
+    machine: Machine
     grid: Grid
     run: RunSettings
     measure: Measure
@@ -176,8 +181,10 @@ class CellTask:
     @property
     def fields(self) -> tuple[Field, ...]:
         """The columns."""
-        more = {"largest_exponent": _LARGEST, "spectrum": _SPECTRUM}.get(self.measure, ())
-        return (STATUS, *_LABEL, *more, *(() if self.made is None else self.made.fields))
+        more = {"largest_exponent": _LARGEST, "spectrum": _spectrum(self.machine.exponents)}
+        made = () if self.made is None else self.made.fields
+        found = more.get(self.measure, ())
+        return (STATUS, *_LABEL, self.machine.final_state, *found, *made)
 
     @property
     def cost(self) -> float:
@@ -189,8 +196,8 @@ class CellTask:
         """Return all that the numbers depend on but the grid."""
         measured = {"measured": self.measured} if self.measure == "spectrum" else {}
         return {
-            "system": self.system.to_dict(),
-            **dataclasses.asdict(self.run),
+            "system": self.machine.to_dict(),
+            **vars(self.run),
             "measure": self.measure,
             **measured,
         }
@@ -204,19 +211,10 @@ class CellTask:
         progress: Callable[[int], object] | None,
     ) -> ChunkResult:
         """Run the cells first ... last - 1."""
-        values = self.cell_values(first, last)
-        sweep = run_cells(
-            self.system,
-            values,
-            self.run,
-            cells=last - first,
-            measure=self.measure,
-            measured=self.measured,
-            workers=workers,
-            progress=progress,
+        columns, _, interrupted = self.run_cells(
+            self.run.initial, first, last, workers=workers, progress=progress
         )
-        columns = label_columns(sweep, self.measure) | self.known(first, last)
-        return ChunkResult(columns, interrupted=sweep.interrupted)
+        return ChunkResult(columns, interrupted=interrupted)
 
     def within(self, first: int, last: int) -> Self:
         """Return the task for these cells, with what functions make for them."""
@@ -224,69 +222,58 @@ class CellTask:
             return self
         return dataclasses.replace(self, made=self.made.within(self.grid, first, last))
 
-    def cell_values(self, first: int, last: int) -> dict[str, NDArray[np.float64]]:
-        """Return what is set in the cells first ... last - 1: parameters and coordinates."""
-        if self.made is None:
-            return self.grid.values(first, last)
-        return self.made.values(self.grid, first, last)
-
     def known(self, first: int, last: int) -> dict[str, NDArray[np.float64]]:
         """Return the columns that functions made, before anything is computed."""
         return {} if self.made is None else self.made.columns(self.grid, first, last)
 
+    def run_cells(
+        self, initial: Any, first: int, last: int, **options: Any
+    ) -> tuple[dict[str, NDArray[Any]], Rows, bool]:
+        """Run the cells first ... last - 1 from a start, if no function makes the starts.
 
-def run_cells(
-    system: System,
-    values: Mapping[str, NDArray[np.float64]],
-    run: RunSettings,
-    *,
-    cells: int,
-    measure: Measure,
-    measured: int = 0,
-    start: str = "fresh",
-    rows: bool = False,
-    workers: int | None,
-    progress: Callable[[int], object] | None,
-) -> _core.Sweep:
-    """Run cells with these values of parameters and of coordinates of the initial state."""
-    initials = np.tile(np.array(run.initial), (cells, 1))
-    names = [name for name in values if name not in COORDINATES]
-    for place, name in enumerate(COORDINATES):
-        if name in values:
-            initials[:, place] = values[name]
-    parameters = np.empty((cells, len(names)))
-    for place, name in enumerate(names):
-        parameters[:, place] = values[name]
+        Returns the columns of the cells, the rows if ``options`` has them, and whether Ctrl-C came.
+        """
+        made = self.known(first, last)
+        values = self.grid.values(first, last)
+        if made.keys() - {START}:
+            assert self.made is not None
+            values = {name: values[name] for name in values if name not in self.made.axes}
+        starts = made.get(START)
+        if starts is None:
+            starts = np.empty((last - first, *self.machine.final_state.shape))
+            starts[:] = initial
+            with_coordinates(self.machine, starts, values)
+        options |= self.run.kernel_options()
+        kernel, final_states, rows = self.machine.run(
+            values,
+            made,
+            np.ascontiguousarray(starts),
+            **{"measure": self.measure, "measured": self.measured, "rows": False} | options,
+        )
+        columns: dict[str, NDArray[Any]] = {
+            "status": kernel.status,
+            "motion": kernel.motion,
+            "m": kernel.m,
+            "n": kernel.n,
+            "residual": kernel.residual,
+            "contact_fraction": kernel.contact_fraction,
+            "final_state": final_states,
+        }
+        if self.measure == "largest_exponent":
+            columns["largest_exponent"] = _of_motions(kernel.exponents, 1)[:, 0].copy()
+            columns["exponent_error"] = _of_motions(kernel.exponent_errors, 1)[:, 0].copy()
+        if self.measure == "spectrum":
+            count = self.machine.exponents
+            columns["exponents"] = _of_motions(kernel.exponents, count)
+            columns["exponent_errors"] = _of_motions(kernel.exponent_errors, count)
+        return columns | made, rows, kernel.interrupted
 
-    return _core.sweep(
-        system._compiled,
-        names,
-        parameters,
-        initials,
-        start=start,
-        measure=measure,
-        measured=measured,
-        rows=rows,
-        workers=workers,
-        progress=progress,
-        **run.kernel_options(),
+
+def _of_motions(exponents: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Return exponents in so many columns at least: where no motion has come to its end, none."""
+    missing = count - exponents.shape[1]
+    return (
+        np.pad(exponents, ((0, 0), (0, missing)), constant_values=np.nan)
+        if missing > 0
+        else exponents
     )
-
-
-def label_columns(sweep: _core.Sweep, measure: Measure) -> dict[str, NDArray[Any]]:
-    """Return the columns of the cells, without those of the sections."""
-    columns: dict[str, NDArray[Any]] = {
-        "status": sweep.status,
-        "motion": sweep.motion,
-        "m": sweep.m,
-        "n": sweep.n,
-        "residual": sweep.residual,
-        "contact_fraction": sweep.contact_fraction,
-        "final_state": sweep.final_states,
-    }
-    if measure == "largest_exponent":
-        columns["largest_exponent"] = sweep.exponents[:, 0].copy()
-        columns["exponent_error"] = sweep.exponent_errors[:, 0].copy()
-    if measure == "spectrum":
-        columns |= {"exponents": sweep.exponents, "exponent_errors": sweep.exponent_errors}
-    return columns

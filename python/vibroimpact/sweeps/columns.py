@@ -214,7 +214,11 @@ def to_dataset(columns: Columns) -> "xarray.Dataset":
 
 def _with_names(data: "xarray.Dataset") -> "xarray.Dataset":
     """Return the data set with coordinates along the dimensions that are not those of the grid."""
-    names: dict[str, Any] = {"coordinate": list(COORDINATES), "exponent": [1, 2, 3, 4]}
+    sizes = data.sizes
+    names: dict[str, Any] = {"coordinate": [*COORDINATES]}
+    if "part" in sizes:  # of a structure
+        names = {"part": ["q", "v"], "coordinate": [*range(sizes["coordinate"])]}
+    names["exponent"] = [*range(1, sizes.get("exponent", 0) + 1)]
     return data.assign_coords({name: names[name] for name in names if name in data.dims})
 
 

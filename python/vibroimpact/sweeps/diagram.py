@@ -2,166 +2,41 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
-import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import CHATTER_TOLERANCE, PARAMETERS
-from ..arguments import count, optional_count, reject, state, states, threads
+from .._core import CHATTER_TOLERANCE
+from ..arguments import count, optional_count, reject, threads
 from ..errors import ClusterError, Interrupted, StateError
 from ..interruption import interruptible
 from ..keyword_types import Parameters, completing
-from ..made import Maker, in_units
+from ..made import Maker, in_units, is_structure
 from ..scales import Units
 from ..simulation import refuse_overlap
 from ..system import System
 from .call_types import DiagramCall
-from .cells import (
-    IMPACT_ROWS,
-    STROBOSCOPIC_ROWS,
-    CellTask,
-    RunSettings,
-    checked_axes,
-    label_columns,
-    measure_of,
-    run_cells,
-)
-from .columns import COORDINATES, Columns
-from .diagram_results import Diagram, Start
+from .cells import RunSettings, checked_axes, measure_of
+from .columns import Columns
+from .diagram_results import AnyDiagram, Diagram, Start
+from .diagram_task import DiagramTask
 from .engine import compute
-from .fields import ChunkResult
 from .grid import Grid
+from .machines import START, Machine
 from .made_cells import Made, made_cells
 from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in
+from .structure_diagram_results import StructureDiagram
 
 if TYPE_CHECKING:
-    from .structure_diagram_results import StructureDiagram
+    from ..structure import Structure
 
 # More refinements would give more points than a screen has.
 _MOST_REFINEMENTS = 20
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class DiagramTask(CellTask):
-    """One branch for each start, over the values of one parameter: axes (branch, parameter)."""
-
-    initials: tuple[tuple[float, float, float, float], ...]
-    starts: tuple[Start, ...]
-
-    rows = (IMPACT_ROWS, STROBOSCOPIC_ROWS)
-
-    @property
-    def divisible(self) -> bool:  # type: ignore[override]
-        """Whether no branch is followed from point to point."""
-        return set(self.starts) == {"fresh"}
-
-    def settings(self) -> dict[str, Any]:
-        """Return all that the numbers depend on but the grid."""
-        settings = dataclasses.asdict(self.run) | {
-            "initial": [list(initial) for initial in self.initials],
-            "start": list(self.starts),
-            "labels": self.measure != "returns",
-            "exponents": self.measure == "largest_exponent",
-        }
-        return {"system": self.system.to_dict(), **settings}
-
-    def compute(
-        self,
-        first: int,
-        last: int,
-        *,
-        workers: int | None,
-        progress: Callable[[int], object] | None,
-    ) -> ChunkResult:
-        """Run the points first ... last - 1, which may belong to several branches."""
-        name = [*self.grid.axes][-1]
-        length = len(self.grid.axes[name])
-        parts: list[ChunkResult] = []
-        for branch in range(first // length, (last - 1) // length + 1) if last > first else ():
-            begin = max(first, branch * length)
-            end = min(last, (branch + 1) * length)
-            stopped = bool(parts) and parts[-1].interrupted
-            advance = None if progress is None else _after(begin - first, progress)
-            parts.append(
-                self._pending(end - begin)
-                if stopped
-                else self._run(branch, begin, end, workers, advance)
-            )
-        return _joined(parts or [self._pending(0)])
-
-    def _run(
-        self,
-        branch: int,
-        first: int,
-        last: int,
-        workers: int | None,
-        progress: Callable[[int], object] | None,
-    ) -> ChunkResult:
-        values = self.cell_values(first, last)
-        values.pop("branch", None)
-        run = dataclasses.replace(self.run, initial=self.initials[branch])
-        sweep = run_cells(
-            self.system,
-            values,
-            run,
-            cells=last - first,
-            measure=self.measure,
-            start=self.starts[branch],
-            rows=True,
-            workers=workers,
-            progress=progress,
-        )
-        impacts = dict(zip(_IMPACT_COLUMNS, sweep.impact_section, strict=True))
-        rows = {
-            "impact": (sweep.impact_count, {**impacts, "regime": sweep.regime}),
-            "stroboscopic": (sweep.stroboscopic_count, {"stroboscopic": sweep.stroboscopic}),
-        }
-        columns = label_columns(sweep, self.measure) | self.known(first, last)
-        return ChunkResult(columns, rows, sweep.interrupted)
-
-    def _pending(self, cells: int) -> ChunkResult:
-        """Return the result of points that were not computed because of Ctrl-C."""
-        columns = {f.name: np.full((cells, *f.shape), f.fill, f.dtype) for f in self.fields}
-        none = np.zeros(cells, np.int64)
-        rows = {
-            group.name: (none, {f.name: np.empty((0, *f.shape), f.dtype) for f in group.fields})
-            for group in self.rows
-        }
-        return ChunkResult(columns, rows, interrupted=cells > 0)
-
-
-_IMPACT_COLUMNS = ("x1", "v1", "v2", "impact_phase", "approach_velocity", "energy_loss")
-
-
-def _after(before: int, progress: Callable[[int], object]) -> Callable[[int], object]:
-    return lambda done: progress(before + done)
-
-
-def _joined(parts: Sequence[ChunkResult]) -> ChunkResult:
-    if len(parts) == 1:
-        return parts[0]
-    columns = {
-        name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns
-    }
-    rows = {}
-    for group, (_, fields) in parts[0].rows.items():
-        counts = np.concatenate([part.rows[group][0] for part in parts])
-        rows[group] = (
-            counts,
-            {
-                name: np.concatenate([part.rows[group][1][name] for part in parts])
-                for name in fields
-            },
-        )
-    return ChunkResult(columns, rows, any(part.interrupted for part in parts))
 
 
 @overload
@@ -185,6 +60,15 @@ def bifurcation_diagram(
 
 @overload
 def bifurcation_diagram(
+    system: Structure,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> StructureDiagram: ...
+
+
+@overload
+def bifurcation_diagram(
     system: Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
@@ -195,7 +79,7 @@ def bifurcation_diagram(
 @interruptible
 @completing(Parameters)
 def bifurcation_diagram(
-    system: System | Maker,
+    system: System | Structure | Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 600,
@@ -224,8 +108,8 @@ def bifurcation_diagram(
         that makes it from the value, called once for each before anything is computed:
         ``lambda stiffness: vi.System.from_physical(..., stiffness=stiffness)``.
     initial
-        (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each. Or a function
-        of the value that gives one start.
+        (x1, v1, x2, v2) at t = 0, or several starts, shape (k, 4): a branch for each; of structures
+        (2, N) or (k, 2, N). Or a function of the value that gives one start.
     periods
         Drive periods per run.
     keep
@@ -308,30 +192,8 @@ def bifurcation_diagram(
     >>> diagram.label.tolist()[-1]
     'chaotic'
     """
-    # Nobody has a structure before its module has been loaded; who works without pays nothing.
-    if "vibroimpact.structure" in sys.modules and not isinstance(system, System):
-        from .structure_diagram import made_by, structure_diagram
-
-        made, of_structures = made_by(system, parameter)
-        if of_structures:
-            return structure_diagram(
-                made,
-                initial,
-                parameter,
-                starts=_starts(start),
-                periods=periods,
-                keep=keep,
-                max_events=max_events,
-                chatter_tolerance=chatter_tolerance,
-                section_phase=section_phase,
-                workers=workers,
-                progress=progress,
-                not_yet={"labels": labels, "exponents": exponents, "refine": refine}
-                | {"units": units, "client": client, "store": store, "chunk": chunk},
-            )
-        system = made
     system, initial = in_units(bifurcation_diagram, units, system, initial, parameter)
-    axes = checked_axes(bifurcation_diagram, system, parameter, allowed=[*PARAMETERS], exactly=1)
+    axes = checked_axes(bifurcation_diagram, system, parameter, starts=False, exactly=1)
     ((name, values),) = axes.items()
     kinds = _starts(start)
     refinements = count("refine", refine, least=0, most=_MOST_REFINEMENTS)
@@ -341,9 +203,10 @@ def bifurcation_diagram(
         reject("name of an axis", name, "a name that no column of the result has")
     if refinements:
         values = np.unique(values)
-    first, start_state, made = made_cells(system, initial, {name: values})
-    initials = _initials(start_state)
+    machine, given, made = made_cells(system, initial, {name: values})
+    initials = _initials(machine, given)
     run = RunSettings.checked(
+        machine,
         initial=initials[0],
         periods=periods,
         keep=keep,
@@ -352,19 +215,21 @@ def bifurcation_diagram(
         section_phase=section_phase,
     )
     if made is None:
-        _check_overlap(first, name, values, initials)
+        _check_overlap(machine.system, name, values, initials)
     else:
-        _check_made_overlap(first, name, values, initials, made)
+        _check_made_overlap(machine, name, values, initials, made)
     branches = [(one, kind) for kind in kinds for one in initials]
     measure = measure_of(labels, exponents)
 
-    def task(values: NDArray[np.float64], base: System, cells: Made | None) -> DiagramTask:
+    result: Any = StructureDiagram if is_structure(machine.system) else Diagram
+
+    def task(values: NDArray[np.float64], base: Machine, cells: Made | None) -> DiagramTask:
         axes = {name: values}
         if len(branches) > 1:
             axes = {"branch": np.arange(float(len(branches))), **axes}
         return DiagramTask(
-            kind="diagram",
-            system=base,
+            kind=result.kind,
+            machine=base,
             grid=Grid(axes),
             run=run,
             measure=measure,
@@ -375,12 +240,14 @@ def bifurcation_diagram(
 
     engine = {"chunk": chunk, "workers": workers, "progress": progress, "client": client}
     if not refinements:
-        whole = task(values, first, made)
-        return compute(whole, Diagram, store=store, known=whole.known, **engine)
+        whole = task(values, machine, made)
+        found: Diagram | StructureDiagram
+        found = compute(whole, result, store=store, known=whole.known, **engine)
+        return found
 
     def level(values: NDArray[np.float64]) -> DiagramTask:
         if values is first_values:  # for which the functions have been called
-            return task(values, first, made)
+            return task(values, machine, made)
         here, _, cells = made_cells(system, initial, {name: values})
         return task(values, here, cells)
 
@@ -388,14 +255,14 @@ def bifurcation_diagram(
     optional_count("chunk", chunk, least=1)
     threads(workers)
     folder = folder_of_stores(store, LEVELS, "a refined diagram")
-    return _refined(level, values, refinements, folder, engine)
+    return _refined(level, result, values, refinements, folder, engine)
 
 
-def _initials(initial: ArrayLike) -> list[tuple[float, float, float, float]]:
-    checked = states(initial)
-    if checked.ndim < 2:
-        return [state(checked)]
-    given = [state(row) for row in checked]
+def _initials(machine: Machine, initial: Any) -> list[Any]:
+    several = np.ndim(initial) > len(machine.final_state.shape)
+    if not several:
+        return [machine.start(initial)]
+    given = [machine.start(one) for one in machine.starts(initial)]
     if not given:
         reject("initial", initial, "at least one start")
     return given
@@ -413,35 +280,36 @@ def _starts(start: Any) -> tuple[Start, ...]:
 
 
 def _check_overlap(
-    system: System, name: str, values: NDArray[np.float64], initials: Sequence[Any]
+    system: Any, name: str, values: NDArray[np.float64], initials: Sequence[Any]
 ) -> None:
-    # Of all swept parameters only the gap matters, and a state without overlap at the smallest gap
-    # has none at any other.
-    gap = float(values.min()) if name == "gap" else system.gap
+    # Of all swept parameters only gaps matter, and a state without overlap at the smallest gap has
+    # none at any other.
+    gap = name.split("_")[0] == "gap"
+    least = float(values.min())
     for row, initial in enumerate(initials):
         try:
-            refuse_overlap(system.replace(gap=gap), initial)
+            refuse_overlap(system.replace(**{name: least}) if gap else system, initial)
         except StateError as error:
             where = [f"initial[{row}]"] if len(initials) > 1 else []
-            where += [f"gap = {gap!r}, the smallest of its values"] if name == "gap" else []
+            where += [f"{name} = {least!r}, the smallest of its values"] if gap else []
             if not where:
                 raise
             raise StateError(f"at {', '.join(where)}: {error}") from None
 
 
 def _check_made_overlap(
-    system: System,
+    machine: Machine,
     name: str,
     values: NDArray[np.float64],
     initials: Sequence[Any],
     made: Made,
 ) -> None:
-    own = made.values(Grid({name: values}), 0, len(values))
+    columns = made.columns(Grid({name: values}), 0, len(values))
+    starts = columns.pop(START, None)
     for place, value in enumerate(values.tolist()):
-        numbers = {axis: float(column[place]) for axis, column in own.items()}
-        here = system.replace(**{axis: numbers[axis] for axis in PARAMETERS if axis in numbers})
-        one = tuple(numbers[axis] for axis in COORDINATES if axis in numbers)
-        for initial in [one] if one else initials:
+        row = {column: rows[place] for column, rows in columns.items()}
+        here = machine.at(row) if row else machine.system.replace(**{name: value})
+        for initial in initials if starts is None else [starts[place].tolist()]:
             try:
                 refuse_overlap(here, initial)
             except StateError as error:
@@ -450,11 +318,12 @@ def _check_made_overlap(
 
 def _refined(
     task: Callable[[NDArray[np.float64]], DiagramTask],
+    result: Any,
     values: NDArray[np.float64],
     refinements: int,
     store: Path | None,
     engine: dict[str, Any],
-) -> Diagram:
+) -> Diagram | StructureDiagram:
     """Compute level by level: each has the midpoints between unequal labels of all before."""
     done: Columns | None = None
     try:
@@ -469,9 +338,9 @@ def _refined(
             if columns is not None:
                 done = columns if done is None else merged(done, columns)
             if stopped is not None:
-                stopped.result = None if done is None else Diagram(done)
+                stopped.result = None if done is None else result(done)
                 raise stopped from stopped.__cause__
-            values = _midpoints(Diagram(done))
+            values = _midpoints(result(done))
             if not len(values):
                 break
     except Interrupted:
@@ -480,16 +349,17 @@ def _refined(
         if done is None:
             raise
         message = f"interrupted after {done.done} points"
-        raise Interrupted(message, Diagram(done), holds="them") from None
+        raise Interrupted(message, result(done), holds="them") from None
     assert done is not None
-    return Diagram(done)
+    found: Diagram | StructureDiagram = result(done)
+    return found
 
 
 def _itself(columns: Columns) -> Columns:
     return columns
 
 
-def _midpoints(diagram: Diagram) -> NDArray[np.float64]:
+def _midpoints(diagram: AnyDiagram) -> NDArray[np.float64]:
     """Return the middle of each step across which the label changes on a branch."""
     values = diagram.values
     labels = diagram.label.reshape(-1, len(values))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..arguments import reject
 from ..interruption import interruptible
-from ..run import Run, read_only
+from ..run import read_only
 from ..tables import frame
 from ..verbs import verb
 from .columns import Columns
@@ -46,7 +46,7 @@ class DiagramSettings:
     (('fresh',), 200)
     """
 
-    initial: tuple[tuple[float, float, float, float], ...]
+    initial: tuple[Any, ...]
     start: tuple[Start, ...]
     periods: int
     keep: int
@@ -57,26 +57,13 @@ class DiagramSettings:
     section_phase: float
 
 
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value
+
+
 @interruptible
-class Diagram(GridResult):
-    """A bifurcation diagram of n points; all arrays are read-only.
-
-    A point is one value of the parameter on one branch; the points of a branch follow each other. A
-    branch is a start: an initial state, fresh or followed.
-
-    Examples
-    --------
-    >>> import vibroimpact as vi
-    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
-    ...                    drive_frequency=1.8, moment_amplitude=1)
-    >>> diagram = vi.bifurcation_diagram(
-    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
-    ... )
-    >>> diagram.values, diagram.complete
-    (array([1.7, 1.8, 1.9]), True)
-    """
-
-    kind = "diagram"
+class AnyDiagram(GridResult):
+    """What diagrams of all machines have: n points on branches, and the rows of their sections."""
 
     def __init__(self, columns: Columns) -> None:
         super().__init__(columns)
@@ -86,11 +73,11 @@ class Diagram(GridResult):
     def settings(self) -> DiagramSettings:  # type: ignore[override]
         """The arguments of the computation."""
         settings = super().settings
-        initial = tuple(tuple(state) for state in settings.pop("initial"))
+        initial = _tuples(settings.pop("initial"))
         start = tuple(settings.pop("start"))
         return DiagramSettings(initial=initial, start=start, **settings)
 
-    def run(self, i: int) -> Run:  # type: ignore[override]
+    def run(self, i: int) -> Any:  # type: ignore[override]
         """Make the run of a point again, to the same bits.
 
         Parameters
@@ -100,7 +87,7 @@ class Diagram(GridResult):
 
         Returns
         -------
-        Run
+        Run; of structures StructureRun
             On a followed branch it starts, as the point did, from the last state of the point
             before, or from the branch's initial state where that did not fit.
 
@@ -122,27 +109,7 @@ class Diagram(GridResult):
         >>> diagram.run(2).label == diagram.label[2]
         True
         """
-        run: Run = verb("run_of_point")(self, i)
-        return run
-
-    def plot(self, **options: Any) -> "Axes":
-        r"""Draw the diagram, by ``vi.plot.bifurcation``.
-
-        Parameters
-        ----------
-        **options
-            As in ``vi.plot.bifurcation``.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Examples
-        --------
-        >>> diagram.plot().get_xlabel()
-        '$\\omega$'
-        """
-        return super().plot(**options)
+        return verb("run_of_point")(self, i)
 
     def to_pandas(self, rows: Rows = "impact") -> "pandas.DataFrame":
         """Return the diagram as a data frame.
@@ -181,16 +148,19 @@ class Diagram(GridResult):
             return points
         if rows == "impact":
             of_point = np.repeat(np.arange(len(self)), np.diff(self.offset))
-            names = ("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss", "regime")
-            columns: dict[str, Any] = {
-                f"impact_{each}" if each == name else each: getattr(self, each) for each in names
-            }
+            columns = self._impact_columns()
+            if name in columns:
+                columns[f"impact_{name}"] = columns.pop(name)
         else:
             of_point = np.repeat(np.arange(len(self)), np.diff(self.stroboscopic_offset))
-            states = self.stroboscopic.T
-            columns = dict(zip(("x1", "v1", "x2", "v2"), states, strict=True))
+            states = self.stroboscopic.reshape(len(of_point), -1).T
+            columns = dict(zip(self._machine.coordinates, states, strict=True))
         before = {"point": of_point, "branch": self.branch[of_point]}
         return frame({**before, name: self.parameter[of_point], **columns})
+
+    def _impact_columns(self) -> dict[str, Any]:
+        """Return columns of all impacts, each of one number per row."""
+        raise NotImplementedError
 
     def _flat(self, name: str) -> NDArray[Any]:
         array = self.columns[name]
@@ -199,7 +169,7 @@ class Diagram(GridResult):
 
     def __repr__(self) -> str:
         """Return what was varied, and the numbers of points and rows, in words."""
-        return f"{super().__repr__()[:-1]}, {len(self.regime)} impacts>"
+        return f"{super().__repr__()[:-1]}, {self.offset[-1]} impacts>"
 
     @property
     def values(self) -> NDArray[np.float64]:
@@ -249,7 +219,7 @@ class Diagram(GridResult):
 
     @property
     def final_states(self) -> NDArray[np.float64]:
-        """State x1, v1, x2, v2 at the end of each run, shape (n, 4)."""
+        """State at the end of each run, shape (n, 4) or of structures (n, 2, N)."""
         return self._flat("final_state")
 
     @property
@@ -272,6 +242,71 @@ class Diagram(GridResult):
     def offset(self) -> NDArray[np.int64]:
         """Point i owns the impact rows offset[i] : offset[i + 1], shape (n + 1,)."""
         return self.columns["impact_offset"]
+
+    @property
+    def stroboscopic_offset(self) -> NDArray[np.int64]:
+        """Point i owns the rows stroboscopic_offset[i] : ...[i + 1], shape (n + 1,)."""
+        return self.columns["stroboscopic_offset"]
+
+    @property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """The kept stroboscopic states, shape (rows, 4) or of structures (rows, 2, N)."""
+        return self.columns["stroboscopic"]
+
+    @property
+    def impact_parameter(self) -> NDArray[np.float64]:
+        """The parameter value of each impact row, shape (rows,): the abscissa of a scatter."""
+        return read_only(np.repeat(self.parameter, np.diff(self.offset)))
+
+    @property
+    def stroboscopic_parameter(self) -> NDArray[np.float64]:
+        """The parameter value of each stroboscopic row, shape (rows,)."""
+        return read_only(np.repeat(self.parameter, np.diff(self.stroboscopic_offset)))
+
+
+@interruptible
+class Diagram(AnyDiagram):
+    """A bifurcation diagram of n points; all arrays are read-only.
+
+    A point is one value of the parameter on one branch; the points of a branch follow each other. A
+    branch is a start: an initial state, fresh or followed.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> diagram = vi.bifurcation_diagram(
+    ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
+    ... )
+    >>> diagram.values, diagram.complete
+    (array([1.7, 1.8, 1.9]), True)
+    """
+
+    kind = "diagram"
+
+    def plot(self, **options: Any) -> "Axes":
+        r"""Draw the diagram, by ``vi.plot.bifurcation``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.bifurcation``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> diagram.plot().get_xlabel()
+        '$\\omega$'
+        """
+        return super().plot(**options)
+
+    def _impact_columns(self) -> dict[str, Any]:
+        names = ("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss", "regime")
+        return {each: getattr(self, each) for each in names}
 
     @property
     def x1(self) -> NDArray[np.float64]:
@@ -307,23 +342,3 @@ class Diagram(GridResult):
     def regime(self) -> NDArray[np.int8]:
         """Regime of each kept impact, shape (rows,)."""
         return self.columns["regime"]
-
-    @property
-    def stroboscopic_offset(self) -> NDArray[np.int64]:
-        """Point i owns the rows stroboscopic_offset[i] : ...[i + 1], shape (n + 1,)."""
-        return self.columns["stroboscopic_offset"]
-
-    @property
-    def stroboscopic(self) -> NDArray[np.float64]:
-        """The kept stroboscopic states x1, v1, x2, v2, shape (rows, 4)."""
-        return self.columns["stroboscopic"]
-
-    @property
-    def impact_parameter(self) -> NDArray[np.float64]:
-        """The parameter value of each impact row, shape (rows,): the abscissa of a scatter."""
-        return read_only(np.repeat(self.parameter, np.diff(self.offset)))
-
-    @property
-    def stroboscopic_parameter(self) -> NDArray[np.float64]:
-        """The parameter value of each stroboscopic row, shape (rows,)."""
-        return read_only(np.repeat(self.parameter, np.diff(self.stroboscopic_offset)))

@@ -193,8 +193,9 @@ def lyapunov_spectrum(
         return _single(system, initial, None, periods, measured, max_events, chatter_tolerance)
     before = periods - measured
     grid = Grid(checked_axes(lyapunov_spectrum, system, axes))
-    first, start, made = made_cells(system, initial, grid.axes, stored=store is not None)
+    machine, start, made = made_cells(system, initial, grid.axes, stored=store is not None)
     run = RunSettings.checked(
+        machine,
         initial=start,
         periods=max(before, 1),
         keep=min(before, _LOOKED_AT),
@@ -204,7 +205,7 @@ def lyapunov_spectrum(
     )
     task = CellTask(
         kind=LyapunovSweep.kind,
-        system=first,
+        machine=machine,
         grid=grid,
         run=run,
         measure="spectrum",

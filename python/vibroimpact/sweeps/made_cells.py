@@ -1,14 +1,16 @@
 """The systems and starts that functions make for the cells of a grid.
 
 They are made in the caller, before anything is computed; for a store chunk by chunk, since its grid
-may be larger than the memory. The columns ``system_parameters``, ``system_scales`` and
-``initial_state`` of the result keep them; a store compares them when it is resumed.
+may be larger than the memory. The columns ``system_parameters`` and ``system_scales``, of
+structures ``system_numbers``, and ``initial_state`` of the result keep them; a store compares them
+when it is resumed.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -16,31 +18,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import PARAMETERS
-from ..arguments import state, states
 from ..errors import ParameterError, StateError
-from ..made import called, check_names, in_words, is_maker, made, rows_of, takes
-from ..scales import Scales
-from ..system import System
+from ..made import called, check_names, in_words, is_maker, takes
 from .columns import COORDINATES
 from .fields import Field
 from .grid import Grid
+from .machines import (
+    START,
+    Machine,
+    machine_of,
+    made_machine,
+    start_field,
+    with_coordinates,
+)
 
 Array = NDArray[np.float64]
-
-PARAMETER_FIELD = Field(
-    "system_parameters",
-    "float64",
-    f"parameters of the system that the function made: {', '.join(PARAMETERS)}",
-    (len(PARAMETERS),),
-    ("system_parameter",),
-)
-SCALES_FIELD = Field(
-    "system_scales", "float64", "its scales: length, mass, time in SI", (3,), ("scale",)
-)
-START_FIELD = Field(
-    "initial_state", "float64", "x1, v1, x2, v2 at t = 0, from the function", (4,), ("coordinate",)
-)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,68 +41,46 @@ class MadeCells:
 
     Attributes
     ----------
+    machine
+        The machine of the first combination.
     axes
         The axes on which the functions depend.
+    fields
+        The columns in which it is kept.
+    made
+        Of each column the rows of the combinations, shape (k, ...).
     places
         The numbers of the k combinations, ascending; None for all of them.
-    parameters, scales, initials
-        Of each combination, shapes (k, parameters), (k, 3), (k, 4); None where no function made it.
     """
 
+    machine: Machine
     axes: Mapping[str, Array]
+    fields: tuple[Field, ...]
+    made: Mapping[str, Array]
     places: NDArray[np.intp] | None = None
-    parameters: Array | None = None
-    scales: Array | None = None
-    initials: Array | None = None
-
-    @property
-    def fields(self) -> tuple[Field, ...]:
-        """The columns in which they are kept."""
-        return tuple(entry for entry, rows in self._columns() if rows is not None)
 
     def within(self, _grid: Grid, _first: int, _last: int) -> MadeCells:
         """Return what some cells need; here everything is made already."""
         return self
-
-    def _columns(self) -> tuple[tuple[Field, Array | None], ...]:
-        return (
-            (PARAMETER_FIELD, self.parameters),
-            (SCALES_FIELD, self.scales),
-            (START_FIELD, self.initials),
-        )
 
     def columns(self, grid: Grid, first: int, last: int) -> dict[str, Array]:
         """Return the columns of the cells first ... last - 1."""
         place = combination_of(self.axes, grid, first, last)
         if self.places is not None:
             place = np.searchsorted(self.places, place)
-        columns = {entry.name: rows[place] for entry, rows in self._columns() if rows is not None}
-        if self.initials is not None:
+        columns = {name: rows[place] for name, rows in self.made.items()}
+        if START in columns:
             # What is varied beside the functions takes the place of what they gave.
-            for name, values in grid.values(first, last).items():
-                if name in COORDINATES and name not in self.axes:
-                    columns[START_FIELD.name][:, COORDINATES.index(name)] = values
+            values = grid.values(first, last)
+            beside = {name: values[name] for name in values if name not in self.axes}
+            with_coordinates(self.machine, columns[START], beside)
         return columns
-
-    def values(self, grid: Grid, first: int, last: int) -> dict[str, Array]:
-        """Return what is set in each cell: parameters of the system, and coordinates."""
-        values = grid.values(first, last)
-        columns = self.columns(grid, first, last)
-        if self.parameters is not None:
-            coordinates = [name for name in values if name in COORDINATES and name not in self.axes]
-            rows = columns[PARAMETER_FIELD.name].T
-            values = dict(zip(PARAMETERS, rows, strict=True)) | {
-                name: values[name] for name in coordinates
-            }
-        if self.initials is not None:
-            values |= dict(zip(COORDINATES, columns[START_FIELD.name].T, strict=True))
-        return values
 
 
 class CellsToMake:
-    """Functions that make systems, starts or both for the combinations of values along some axes.
+    """Functions that make machines, starts or both for the combinations of values along some axes.
 
-    Each combination is made once, when a cell first needs it. Of the systems the numbers alone are
+    Each combination is made once, when a cell first needs it. Of the machines the numbers alone are
     kept: a grid may have a million of them.
 
     Parameters
@@ -118,9 +88,11 @@ class CellsToMake:
     axes
         The axes on which the functions depend.
     system, initial
-        The functions; None where a system or a start is given.
+        The machine and the start, or the functions that make them.
     shared
         Whether cells of several chunks have the same combination: then all are remembered.
+    keeps
+        Whether one start that is given is kept for each combination.
 
     Raises
     ------
@@ -129,37 +101,28 @@ class CellsToMake:
     """
 
     def __init__(
-        self,
-        axes: Mapping[str, Array],
-        *,
-        system: Callable[..., System] | None,
-        initial: Callable[..., Any] | None,
-        shared: bool,
+        self, axes: Mapping[str, Array], *, system: Any, initial: Any, shared: bool, keeps: bool
     ) -> None:
         """Check the names of the arguments; make the first combination."""
         self.axes = axes
         self._system, self._initial, self._shared = system, initial, shared
-        self._first: System | None = None
-        if system is not None:
-            check_names(system, [*axes])
-        if initial is not None:
-            check_names(initial, [*axes], "initial")
-        self._known = {0: self._make(0)}
-        self.initial = self._known[0].get(START_FIELD.name)
-
-    @property
-    def first(self) -> System | None:
-        """The system of the first combination; None if no function makes systems."""
-        return self._first
+        for what, given in (("system", system), ("initial", initial)):
+            if is_maker(given):
+                check_names(given, [*axes], what)
+        values = combination(axes, 0)
+        first = made_machine(system, values) if is_maker(system) else system
+        self.machine = machine_of(first)
+        if keeps and np.ndim(initial) == len(self.machine.final_state.shape):
+            self._initial = partial(_the_same, initial)
+        self._known = {0: self._rows(first, values)}
+        self.initial = self._known[0].get(START)
 
     @property
     def fields(self) -> tuple[Field, ...]:
         """The columns in which the numbers are kept."""
-        scaled = self._first is not None and self._first.scales is not None
         return (
-            *((PARAMETER_FIELD,) if self._system is not None else ()),
-            *((SCALES_FIELD,) if scaled else ()),
-            *((START_FIELD,) if self._initial is not None else ()),
+            *(self.machine.made_fields if is_maker(self._system) else ()),
+            *((start_field(self.machine),) if is_maker(self._initial) else ()),
         )
 
     def all(self) -> MadeCells:
@@ -175,14 +138,9 @@ class CellsToMake:
         """Return the columns of the cells first ... last - 1."""
         return self.within(grid, first, last).columns(grid, first, last)
 
-    def values(self, grid: Grid, first: int, last: int) -> dict[str, Array]:
-        """Return what is set in each cell: parameters of the system, and coordinates."""
-        return self.within(grid, first, last).values(grid, first, last)
-
     def _made(self, places: NDArray[np.intp] | None, numbers: Sequence[int]) -> MadeCells:
-        columns = {
-            entry.name: np.full((len(numbers), *entry.shape), math.nan) for entry in self.fields
-        }
+        fields = self.fields
+        columns = {entry.name: np.full((len(numbers), *entry.shape), math.nan) for entry in fields}
         for row, place in enumerate(numbers):
             made_here = self._known.pop(place, None) or self._make(place)
             for name, column in columns.items():
@@ -190,56 +148,38 @@ class CellsToMake:
             if self._shared and places is not None:
                 self._known[place] = made_here
         return MadeCells(
-            axes=self.axes,
-            places=places,
-            parameters=columns.get(PARAMETER_FIELD.name),
-            scales=columns.get(SCALES_FIELD.name),
-            initials=columns.get(START_FIELD.name),
+            machine=self.machine, axes=self.axes, fields=fields, made=columns, places=places
         )
 
     def _make(self, place: int) -> dict[str, Any]:
         """Call the functions for a combination."""
         values = combination(self.axes, place)
+        makes = is_maker(self._system)
+        return self._rows(made_machine(self._system, values) if makes else self._system, values)
+
+    def _rows(self, system: Any, values: Mapping[str, float]) -> dict[str, Any]:
+        """Return what is kept of a machine, and the start that a function makes for it."""
         rows: dict[str, Any] = {}
-        if self._system is not None:
-            system = self._checked(made(self._system, values), values)
-            rows[PARAMETER_FIELD.name] = rows_of([system])[0]
-            scales = system.scales
-            rows[SCALES_FIELD.name] = (
-                (math.nan,) * 3 if scales is None else (scales.length, scales.mass, scales.time)
-            )
-        if self._initial is not None:
-            start = called(self._initial, values)
-            try:
-                rows[START_FIELD.name] = state(start)
-            except StateError as error:
-                raise StateError(f"at {in_words(values)}: {error}") from error
-        return rows
-
-    def _checked(self, system: System, values: Mapping[str, float]) -> System:
-        """Return a system that a function made, if it fits.
-
-        Runs are counted in drive periods, and contact and law are the same in all cells.
-        """
-        if system.drive_frequency == 0.0:
-            raise ParameterError(
-                f"at {in_words(values)}: drive_frequency = 0.0 is not allowed; allowed: a number "
-                "> 0: runs are counted in drive periods"
-            )
-        first = self._first = self._first or system
-        for name in ("contact", "law"):
-            found, allowed = getattr(system, name), getattr(first, name)
-            if found != allowed:
+        if is_maker(self._system):
+            if system.drive_frequency == 0.0:
                 raise ParameterError(
-                    f"at {in_words(values)}: {name} = {found!r} is not allowed; allowed: "
-                    f"{allowed!r}, as for the first values"
+                    f"at {in_words(values)}: drive_frequency = 0.0 is not allowed; allowed: a "
+                    "number > 0: runs are counted in drive periods"
                 )
-        if first.scales is None and system.scales is not None:
-            raise ParameterError(
-                f"at {in_words(values)}: scales = {system.scales!r} is not allowed; allowed: None, "
-                "as for the first values"
-            )
-        return system
+            rows |= self.machine.row(system, values)
+        makes = is_maker(self._initial)
+        start = called(self._initial, values) if makes else self._initial
+        # A start must fit the machine of its cell.
+        own = machine_of(system)
+        try:
+            checked = own.start(start) if makes else own.starts(start)
+        except StateError as error:
+            if not makes and system is self.machine.system:
+                raise
+            raise StateError(f"at {in_words(values)}: {error}") from error
+        if makes:
+            rows[START] = checked
+        return rows
 
 
 # What functions made for cells, or will make.
@@ -266,12 +206,20 @@ def combination(axes: Mapping[str, Array], place: int) -> dict[str, float]:
     }
 
 
+# What may be a number of a start; which of them are is known once there is a machine.
+_COORDINATE = re.compile(r"[qv]_(0|[1-9]\d*)")
+
+
+def _may_move_start(name: str) -> bool:
+    return name in COORDINATES or _COORDINATE.fullmatch(name) is not None
+
+
 def made_cells(
     system: Any, initial: Any, axes: Mapping[str, Array], *, stored: bool = False
-) -> tuple[System, Any, Made | None]:
-    """Return a system, a start and what functions make for a grid; None if no function is given.
+) -> tuple[Machine, Any, Made | None]:
+    """Return a machine, a start and what functions make for a grid; None if no function is given.
 
-    The system and the start are those of the first combination where a function makes them.
+    The machine and the start are those of the first combination where a function makes them.
 
     Parameters
     ----------
@@ -287,41 +235,31 @@ def made_cells(
     ParameterError, StateError
         Names the values for which a function fails, or gives what does not fit.
     """
-    own = {
-        name: values
-        for name, values in axes.items()
-        if name not in COORDINATES or (is_maker(system) and takes(system, name))
-    }
+    makes = is_maker(system)
+    known = None if makes else machine_of(system)
+
+    def is_own(name: str) -> bool:
+        """Whether an axis is one of the functions, not a number of the start."""
+        if known is not None:
+            return name not in known.coordinates
+        return not _may_move_start(name) or takes(system, name)
+
+    own = {name: values for name, values in axes.items() if is_own(name)}
     # A number of the function may have the name of a coordinate. The axis alone does not say that
     # the start stays the same, so the starts are kept.
-    keeps_start = not own.keys().isdisjoint(COORDINATES) and not is_maker(initial)
-    if not (is_maker(system) or is_maker(initial) or keeps_start):
-        return system, initial, None
-    starts: Callable[..., Any] | None = initial if is_maker(initial) else None
-    if keeps_start and states(initial).ndim < 2:
-        start = state(initial)
-        starts = partial(_the_same, start)
+    keeps_start = not is_maker(initial) and any(map(_may_move_start, own))
+    if known is not None and not is_maker(initial):
+        known.check_starts(axes, initial)
+        return known, initial, None
     making = CellsToMake(
-        own,
-        system=system if is_maker(system) else None,
-        initial=starts,
-        shared=len(own) < len(axes),
+        own, system=system, initial=initial, shared=len(own) < len(axes), keeps=keeps_start
     )
-    first = system if making.first is None else making.first
-    return first, making.initial or initial, making if stored else making.all()
+    for name in axes:
+        if makes and name not in own and name not in making.machine.coordinates:
+            check_names(system, [name])
+    first = initial if making.initial is None else making.initial
+    return making.machine, first, making if stored else making.all()
 
 
-def _the_same(start: tuple[float, float, float, float], **_: float) -> tuple[float, ...]:
+def _the_same(start: Any, **_: float) -> Any:
     return start
-
-
-def scales_at(row: Sequence[float]) -> Scales | None:
-    """Return the scales that a row of the column ``system_scales`` holds."""
-    length, mass, time = map(float, row)
-    return None if math.isnan(length) else Scales(length=length, mass=mass, time=time)
-
-
-def entry_name(column: str, place: int) -> str:
-    """Return what an entry of one of the columns is, for messages."""
-    names = {PARAMETER_FIELD.name: [*PARAMETERS], START_FIELD.name: [*COORDINATES]}
-    return names.get(column, ["length", "mass", "time"])[place]

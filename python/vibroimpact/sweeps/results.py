@@ -11,16 +11,15 @@ from .._core import PARAMETERS
 from ..arguments import count, reject
 from ..arguments import path as checked_path
 from ..interruption import interruptible
-from ..run import Run, read_only
+from ..run import read_only
 from ..showing import Facts, Shown
-from ..system import System
 from ..tables import frame
 from ..verbs import verb
-from .columns import COORDINATES, Columns, Memory, to_dataset
+from .columns import Columns, Memory, to_dataset
 from .fields import STATUS_NAMES, ChunkResult, Field, Layout, RowGroup
 from .grid import Grid, Tiling
 from .labels import labels
-from .made_cells import PARAMETER_FIELD, SCALES_FIELD, scales_at
+from .machines import machine_from_dict
 from .store import open_columns
 
 if TYPE_CHECKING:
@@ -35,7 +34,6 @@ _MOST_CELLS = 1_000_000
 _MOST_LABELS = 6
 # What the entries of a column with an inner dimension are called in a data frame, else numbers.
 _ENTRIES: dict[str, tuple[str, ...]] = {
-    "coordinate": COORDINATES,
     "system_parameter": tuple(PARAMETERS),
     "scale": ("length", "mass", "time"),
 }
@@ -62,7 +60,8 @@ class GridResult(Shown):
 
     def __init__(self, columns: Columns) -> None:
         self.columns = columns
-        self.system = System.from_dict(columns.layout.settings["system"])
+        self._machine = machine_from_dict(columns.layout.settings["system"])
+        self.system = self._machine.system
 
     @property
     def axes(self) -> dict[str, NDArray[np.float64]]:
@@ -72,9 +71,9 @@ class GridResult(Shown):
     @property
     def is_made(self) -> bool:
         """Whether a function made the systems: then the axes are its arguments."""
-        return PARAMETER_FIELD.name in self.columns
+        return self._machine.made_fields[0].name in self.columns
 
-    def system_at(self, *cell: int) -> System:
+    def system_at(self, *cell: int) -> Any:
         """Return the system of a cell.
 
         Parameters
@@ -84,7 +83,7 @@ class GridResult(Shown):
 
         Returns
         -------
-        System
+        System or Structure
             With the values of the axes; or as the function made it, with its scales.
 
         Raises
@@ -114,15 +113,12 @@ class GridResult(Shown):
         number = int(np.ravel_multi_index(cell, sizes))
         if not self.is_made:
             values = self.columns.grid.values(number, number + 1)
-            own = {name: float(values[name][0]) for name in values if name in PARAMETERS}
+            numbers = self._machine.numbers
+            own = {name: float(values[name][0]) for name in values if name in numbers}
             return self.system.replace(**own)
         inside = np.unravel_index(number, shape)
-        row = self.columns[PARAMETER_FIELD.name][inside].tolist()
-        made = dict(zip(PARAMETERS, row, strict=True))
-        scales = None
-        if SCALES_FIELD.name in self.columns:
-            scales = scales_at(self.columns[SCALES_FIELD.name][inside])
-        return self.system.replace(**made, scales=scales)
+        names = [entry.name for entry in self._machine.made_fields if entry.name in self.columns]
+        return self._machine.at({name: self.columns[name][inside] for name in names})
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -189,7 +185,7 @@ class GridResult(Shown):
         over = " x ".join(spans) or "one system"
         return f"<{type(self).__name__} of {over}: {completed} of {len(self)} completed>"
 
-    def run(self, *indices: int) -> Run:
+    def run(self, *indices: int) -> Any:
         """Make the run of one cell again, to the same bits.
 
         Parameters
@@ -199,7 +195,7 @@ class GridResult(Shown):
 
         Returns
         -------
-        Run
+        Run; of structures StructureRun
             It has the initial state and the settings of the cell. Of a sweep of Lyapunov spectra
             it is the run before the measurement.
 
@@ -223,8 +219,7 @@ class GridResult(Shown):
         >>> chart.run(1, 1).label == chart.label[1, 1]
         True
         """
-        run: Run = verb("run_of_cell")(self, *indices)
-        return run
+        return verb("run_of_cell")(self, *indices)
 
     def plot(self, **options: Any) -> "Axes":
         r"""Draw the result: a chart over two axes, labels or exponents over one.
@@ -287,9 +282,17 @@ class GridResult(Shown):
             if not entry.shape:
                 columns[entry.name] = values
                 continue
-            names: Any = _ENTRIES.get(entry.dims[0], range(1, entry.shape[0] + 1))
-            columns |= {f"{entry.name}_{k}": values[:, i] for i, k in enumerate(names)}
+            flat = values.reshape(grid.size, -1)
+            for i, name in enumerate(self._entry_names(entry)):
+                columns[f"{entry.name}_{name}"] = flat[:, i]
         return frame(columns)
+
+    def _entry_names(self, entry: Field) -> tuple[str, ...]:
+        """Return the names of the entries of a column with inner dimensions, in C order."""
+        if "coordinate" in entry.dims:
+            return self._machine.coordinates
+        numbers = tuple(map(str, range(1, entry.shape[0] + 1)))
+        return _ENTRIES.get(entry.dims[0], numbers)
 
     def _facts(self) -> Facts:
         facts: Facts = {

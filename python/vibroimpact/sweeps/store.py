@@ -26,7 +26,7 @@ from .columns import Columns
 from .ctrl_c import ctrl_c_waits
 from .fields import ChunkResult, Layout
 from .grid import Tiling
-from .made_cells import entry_name
+from .machines import machine_from_dict
 from .store_check import Chunks, check_arrays, damaged, reading
 from .store_layout import (
     check_format,
@@ -189,15 +189,17 @@ class Store:
             first, last = self.tiling.cells(index)
             for name, wanted in known(first, last).items():
                 with reading(self.path):
-                    there = self._chunks.read(name, place).reshape(wanted.shape)
+                    there = self._chunks.read(name, place).reshape(last - first, -1)
+                wanted = wanted.reshape(last - first, -1)
                 same = (there == wanted) | (np.isnan(there) & np.isnan(wanted))
                 if not same.all():
                     cell, entry = np.argwhere(~same)[0].tolist()
                     at = self.layout.grid.values(first + cell, first + cell + 1)
+                    own = machine_from_dict(self.layout.settings["system"])
                     where = ", ".join(f"{axis} = {float(value[0])!r}" for axis, value in at.items())
                     raise ParameterError(
                         f"store = {str(self.path)!r} holds another computation: at {where} "
-                        f"{entry_name(name, entry)} is {float(there[cell, entry])!r} there, "
+                        f"{own.entry_name(name, entry)} is {float(there[cell, entry])!r} there, "
                         f"{float(wanted[cell, entry])!r} here; "
                         "give another place, or delete this one"
                     )

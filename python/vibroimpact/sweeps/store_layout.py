@@ -196,8 +196,11 @@ def _facts(layout: Layout) -> dict[str, str]:
 
 
 def _flat(prefix: str, settings: Any) -> Iterator[tuple[str, str]]:
-    if not isinstance(settings, dict):
-        yield prefix.removesuffix("."), repr(settings)
-        return
-    for name, value in settings.items():
-        yield from _flat(f"{prefix}{name}.", value)
+    if isinstance(settings, dict):
+        for name, value in settings.items():
+            yield from _flat(f"{prefix}.{name}" if prefix else name, value)
+    elif isinstance(settings, list) and any(isinstance(value, dict) for value in settings):
+        for place, value in enumerate(settings):
+            yield from _flat(f"{prefix}[{place}]", value)
+    else:
+        yield prefix, repr(settings)

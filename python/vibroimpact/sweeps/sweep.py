@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import Any, Unpack, overload
+from typing import TYPE_CHECKING, Any, Unpack, overload
 
 from numpy.typing import ArrayLike
 
-from .._core import CHATTER_TOLERANCE, PARAMETERS
+from .._core import CHATTER_TOLERANCE
 from ..interruption import interruptible
 from ..keyword_types import Axes, Parameters, completing
 from ..made import Maker, in_units
@@ -18,8 +18,12 @@ from .call_types import ChartCall, SweepCall
 from .cells import CellTask, Measure, RunSettings, checked_axes, measure_of
 from .engine import compute
 from .grid import Grid
+from .machines import Machine
 from .made_cells import Made, made_cells
 from .sweep_results import Chart, Sweep
+
+if TYPE_CHECKING:
+    from ..structure import Structure
 
 
 @overload
@@ -43,6 +47,15 @@ def sweep(
 
 @overload
 def sweep(
+    system: Structure,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> Sweep: ...
+
+
+@overload
+def sweep(
     system: Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
@@ -53,7 +66,7 @@ def sweep(
 @interruptible
 @completing(Axes)
 def sweep(
-    system: System | Maker,
+    system: System | Structure | Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 400,
@@ -76,12 +89,13 @@ def sweep(
     Parameters
     ----------
     system
-        The system; its own values of what is varied have no influence. Or a function that makes
-        one from the values, called once for each combination before anything is computed, with a
-        store before each chunk: ``lambda stiffness, damping: vi.System.from_physical(...,
+        The System or Structure; its own values of what is varied have no influence. Or a function
+        that makes one, called once for each combination of values before anything is computed, with
+        a store before each chunk: ``lambda stiffness, damping: vi.System.from_physical(...,
         stiffness=stiffness, damping=damping)``.
     initial
-        (x1, v1, x2, v2) at t = 0; or a function of the same values that gives it.
+        (x1, v1, x2, v2) at t = 0, of a structure the rows q and v, (2, N); or a function of the
+        same values that gives it.
     periods
         Drive periods per run.
     keep
@@ -113,8 +127,9 @@ def sweep(
     **axes
         Arrays of values, each for a numeric field of System (or an argument of the function that
         makes it) or for a coordinate x1, v1, x2, v2 of the initial state; the first is the slowest
-        axis. ``(0.2, 4)`` is an array of two values;
-        for a range use ``numpy.linspace``.
+        axis. Of a Structure ``drive_frequency``, ``phase``, ``gap``, ``restitution``, ``friction``
+        of all stops or of one, ``gap_0``, and of its start ``q_0``, ``q_1``, ... ``v_0``, ...
+        ``(0.2, 4)`` is an array of two values; for a range use ``numpy.linspace``.
 
     Returns
     -------
@@ -141,8 +156,9 @@ def sweep(
     """
     system, initial = in_units(sweep, units, system, initial, axes, coordinates=True)
     grid = Grid(checked_axes(sweep, system, axes))
-    first, start, made = made_cells(system, initial, grid.axes, stored=store is not None)
+    machine, start, made = made_cells(system, initial, grid.axes, stored=store is not None)
     run = RunSettings.checked(
+        machine,
         initial=start,
         periods=periods,
         keep=keep,
@@ -150,7 +166,7 @@ def sweep(
         chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
-    task = _task(Sweep, first, grid, run, measure_of(labels, exponents), made)
+    task = _task(Sweep, machine, grid, run, measure_of(labels, exponents), made)
     return compute(
         task,
         Sweep,
@@ -184,6 +200,15 @@ def chart(
 
 @overload
 def chart(
+    system: Structure,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> Chart: ...
+
+
+@overload
+def chart(
     system: Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
@@ -194,7 +219,7 @@ def chart(
 @interruptible
 @completing(Parameters)
 def chart(
-    system: System | Maker,
+    system: System | Structure | Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
     periods: int = 400,
@@ -217,9 +242,10 @@ def chart(
     Parameters
     ----------
     system
-        The system, or a function that makes one from two values, as in ``sweep``.
+        The System or Structure, or a function that makes one from two values, as in ``sweep``.
     initial
-        (x1, v1, x2, v2) at t = 0, or a function of the two values that gives it.
+        (x1, v1, x2, v2) at t = 0, of a structure (2, N), or a function of the two values that gives
+        it.
     periods
         Drive periods per run.
     keep
@@ -247,8 +273,8 @@ def chart(
     store
         Directory of a Zarr store for the results, as in ``sweep``.
     **axes
-        Two numeric fields of System, or arguments of the function that makes it, with arrays of
-        their values; for a range use
+        Two numeric fields of System or numbers of a Structure, as in ``sweep``, or arguments of the
+        function that makes it, with arrays of their values; for a range use
         ``numpy.linspace``, e.g.
         ``drive_frequency=np.linspace(0.2, 4, 400), moment_amplitude=np.linspace(0.2, 2, 300)``.
 
@@ -275,9 +301,10 @@ def chart(
     (3, 2)
     """
     system, initial = in_units(chart, units, system, initial, axes)
-    grid = Grid(checked_axes(chart, system, axes, allowed=[*PARAMETERS], exactly=2))
-    first, start, made = made_cells(system, initial, grid.axes, stored=store is not None)
+    grid = Grid(checked_axes(chart, system, axes, starts=False, exactly=2))
+    machine, start, made = made_cells(system, initial, grid.axes, stored=store is not None)
     run = RunSettings.checked(
+        machine,
         initial=start,
         periods=periods,
         keep=keep,
@@ -286,7 +313,7 @@ def chart(
         section_phase=section_phase,
     )
     exponents = labels if exponents is None else exponents
-    task = _task(Chart, first, grid, run, measure_of(labels, exponents), made)
+    task = _task(Chart, machine, grid, run, measure_of(labels, exponents), made)
     return compute(
         task,
         Chart,
@@ -301,10 +328,12 @@ def chart(
 
 def _task(
     result: type[Sweep],
-    system: System,
+    machine: Machine,
     grid: Grid,
     run: RunSettings,
     measure: Measure,
     made: Made | None,
 ) -> CellTask:
-    return CellTask(kind=result.kind, system=system, grid=grid, run=run, measure=measure, made=made)
+    return CellTask(
+        kind=result.kind, machine=machine, grid=grid, run=run, measure=measure, made=made
+    )

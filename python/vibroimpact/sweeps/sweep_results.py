@@ -34,7 +34,7 @@ class Sweep(GridResult):
 
     @property
     def final_states(self) -> NDArray[np.float64]:
-        """State x1, v1, x2, v2 at the end of each run, shape (..., 4)."""
+        """State at the end of each run, shape (..., 4); of structures q and v, (..., 2, N)."""
         return self.columns["final_state"]
 
     @property

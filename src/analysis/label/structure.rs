@@ -3,13 +3,17 @@
 use super::next_look;
 use crate::analysis::period::{Evidence, Growth, GrowthVerdict, Kind, PeriodReport, WhyUndecided};
 use crate::analysis::structure_lyapunov::structure_lyapunov;
+use crate::analysis::structure_orbit::structure_orbit;
 use crate::analysis::tolerances::{
-    FIRST_GROWTH_PERIODS, GROWTH_IMPACTS, GROWTH_PER_RUN, LONG_GROWTH_PERIODS, LONG_PART,
-    LONGEST_GROWTH,
+    ALIGNING_STEPS, CERTAIN_MULTIPLIER, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS,
+    GROWTH_PER_RUN, LONG_GROWTH_PERIODS, LONG_PART, LONGEST_GROWTH,
 };
 use crate::model::structure::Structure;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::run::Run;
+
+/// Drive periods over which an exponent is measured, with those that align the perturbation.
+const MEASURED: u32 = EXPONENT_PERIODS + EXPONENT_PERIODS / (ALIGNING_STEPS - 1) + 1;
 
 impl Run<Structure> {
     /// Period and label: from the sections of the run and, where they draw together, of its
@@ -17,9 +21,14 @@ impl Run<Structure> {
     /// its end.
     #[must_use]
     pub fn period(&self, cancel: &CancelToken) -> PeriodReport {
+        self.settled(cancel).0.unless(cancel)
+    }
+
+    /// Period and label, and the later run that has settled on the motion, if it is not this one.
+    pub(crate) fn settled(&self, cancel: &CancelToken) -> (PeriodReport, Option<Self>) {
         let (report, later) = self.judged_by_sections(cancel);
         if !self.stop_reason.reached_the_end() {
-            return report.undecided(WhyUndecided::Incomplete).unless(cancel);
+            return (report.undecided(WhyUndecided::Incomplete), None);
         }
         let (found, last) = self.followed(report, later, |r| r.convergence().is_none(), cancel);
         let told = match &last {
@@ -27,7 +36,37 @@ impl Run<Structure> {
             None => found,
         };
         let measurable = told.orbit.is_none() && told.residual.is_finite();
-        if measurable { self.told_by_growth(told, cancel) } else { told }.unless(cancel)
+        let told = if measurable { self.told_by_growth(told, cancel) } else { told };
+        (told, last)
+    }
+
+    /// Largest Lyapunov exponent per unit time of the motion that this run has settled on, and its
+    /// error: of an orbit of m drive periods from its multipliers, else from a growth measured
+    /// before, if it was for long enough, or from one measured now. -inf where perturbations vanish
+    /// at once, NaN where they cannot be followed.
+    pub(crate) fn largest_exponent(&self, report: &PeriodReport, cancel: &CancelToken) -> [f64; 2] {
+        let period = std::f64::consts::TAU / self.system.drive_frequency();
+        let state = &self.final_state.state;
+        if let Some((m, _)) = report.orbit
+            && let Ok(m) = u32::try_from(m)
+            && let Ok(orbit) = structure_orbit(&self.system, state.clone(), m, cancel)
+        {
+            let size = orbit.multipliers.first().map_or(0.0, |largest| largest.norm());
+            // One that is lost in rounding tells nothing.
+            if size > CERTAIN_MULTIPLIER * orbit.bound {
+                let length = f64::from(m) * period;
+                return [size.ln() / length, orbit.bound / size / length];
+            }
+        }
+        if let Some(growth) = report.evidence.growth()
+            && growth.periods >= EXPONENT_PERIODS as usize
+        {
+            return [growth.mean / period, growth.error / period];
+        }
+        match structure_lyapunov(&self.system, state.clone(), MEASURED, 1, None, cancel) {
+            Ok(found) if found.error.is_none() => [found.exponents[0], found.errors[0]],
+            _ => [f64::NAN; 2],
+        }
     }
 
     /// The verdict on a motion that does not repeat.

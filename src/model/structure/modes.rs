@@ -10,7 +10,7 @@ pub(crate) const RIGID: f64 = 1e-12;
 type Square = Vec<Vec<DoubleDouble>>;
 
 /// Modes in the order of ascending natural frequency.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Modes {
     pub frequencies: Vec<DoubleDouble>,
     /// Shapes by mode, then coordinate; phi_i M phi_j is 1 for i = j, else 0.

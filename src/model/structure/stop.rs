@@ -8,6 +8,14 @@ use crate::numerics::double_double::DoubleDouble;
 /// A tangent whose ac - b^2 is at most this part of ac is parallel to the normal.
 const PARALLEL: f64 = 1e-12;
 
+/// A number of a stop that is varied by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum StopNumber {
+    Gap,
+    Restitution,
+    Friction,
+}
+
 /// A rigid one-sided stop, g = normal . q - gap - amplitude cos(omega t + phase) <= 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stop {
@@ -94,6 +102,17 @@ impl Stop {
     /// The stop at rest at g = normal . q.
     pub(super) fn homogeneous(&self) -> Self {
         Self { gap: 0.0, amplitude: 0.0, ..self.clone() }
+    }
+
+    /// The stop with another gap, restitution or friction.
+    pub(super) fn with(&self, number: StopNumber, value: f64) -> Self {
+        let mut stop = self.clone();
+        match number {
+            StopNumber::Gap => stop.gap = value,
+            StopNumber::Restitution => stop.restitution = value,
+            StopNumber::Friction => stop.friction = value,
+        }
+        stop
     }
 
     /// Refuses what no structure could have as a stop.
