@@ -43,6 +43,14 @@ _RUN = {
     "units": "object or none",
     "workers": "whole number or none",
 }
+_GRID = {
+    "periods": "whole number",
+    "keep": "whole number or none",
+    "labels": "true or false",
+    "chunk": "whole number or none",
+    "client": "object or none",
+    "store": "path or none",
+}
 _MATRICES = {"mass": "object", "stiffness": "object"}
 
 
@@ -123,15 +131,30 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"system": SETTLING, "initial": REST[1], "drive_frequency": [2.0], "periods": 20},
             {
                 **_RUN,
-                "drive_frequency": "axis",
-                "periods": "whole number",
-                "keep": "whole number or none",
+                **_GRID,
+                "initial": "state of a structure",
+                "drive_frequency": "axis >= 0",
                 "start": "a word of a list",
-                "exponents": "object",
-                "labels": "python's true or false",
-                "refine": "object",
-                **dict.fromkeys(("chunk", "client", "store"), "object or none"),
+                "exponents": "true or false",
+                "refine": "whole number",
             },
+        ),
+        "sweep: structure": (
+            vi.sweep,
+            {"system": SETTLING, "initial": REST[1], "gap_0": [0.3], "periods": 20},
+            {**_RUN, **_GRID, "gap_0": "axis", "exponents": "true or false"},
+        ),
+        "chart: structure": (
+            vi.chart,
+            {
+                "system": SETTLING,
+                "initial": REST[1],
+                "gap": [0.3],
+                "drive_frequency": [2.0],
+                "periods": 20,
+            },
+            {**_RUN, **_GRID, **dict.fromkeys(("gap", "drive_frequency"), "axis >= 0")}
+            | {"exponents": "true, false or none"},
         ),
         "lyapunov_spectrum: structure": (
             vi.lyapunov_spectrum,

@@ -119,7 +119,7 @@ def same(one, other):
 
 @pytest.mark.parametrize("start", ["fresh", ("forward", "backward")])
 def test_a_store_is_resumed_and_threads_change_nothing(tmp_path, start):
-    asked = {"initial": REST[1], "drive_frequency": np.linspace(1.9, 2.1, 4), "start": start}
+    asked = {"initial": REST[1], "drive_frequency": np.linspace(1.9, 2.05, 4), "start": start}
     asked |= {"periods": 60, "keep": 10, "exponents": True}
     whole = vi.bifurcation_diagram(SETTLING, workers=1, **asked)
     asks = asks_of(lambda: vi.bifurcation_diagram(SETTLING, workers=1, chunk=1, **asked))
@@ -133,7 +133,7 @@ def test_a_store_is_resumed_and_threads_change_nothing(tmp_path, start):
     loaded = vi.load(path)
     assert isinstance(loaded, vi.StructureDiagram)
     same(whole, loaded)
-    assert ((loaded.largest_exponent < 0) == (loaded.label == "1-1")).all()
+    assert (loaded.largest_exponent < 0).all()
     whole.save(tmp_path / "d.npz")
     again = vi.load(tmp_path / "d.npz")
     same(whole, again)

@@ -235,7 +235,9 @@ def test_a_store_compares_what_functions_made(tmp_path):
     with pytest.raises(
         vi.ParameterError, match=r"mass = 1.5, gap = 0.3 stops\[1\].gap is 0.1 there, 0.2 here"
     ):
-        vi.chart(lambda mass, gap: made(mass, gap).replace(gap_1=0.1 if gap < 0.25 else 0.2), **asked)
+        vi.chart(
+            lambda mass, gap: made(mass, gap).replace(gap_1=0.1 if gap < 0.25 else 0.2), **asked
+        )
 
 
 def test_results_are_saved_and_loaded(tmp_path, chart):
@@ -345,5 +347,5 @@ def test_pictures_have_names_of_structures(chart):
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\dot q_1$", r"$\dot q_1$ at the end")
     heights = ax.collections[0].get_offsets()[:, 1]
     assert heights.tolist() == ends.final_states[:, 1, 1].tolist()
-    with pytest.raises(vi.ParameterError, match="value = 'x1' .*q_0, q_1, v_0, v_1"):
+    with pytest.raises(vi.ParameterError, match=r"value = 'x1' .*q_0, q_1, v_0, v_1"):
         ends.plot(value="x1")

@@ -13,6 +13,7 @@ from distributed import Client, Future, LocalCluster, SchedulerPlugin
 from distributed.scheduler import KilledWorker
 
 import vibroimpact as vi
+from struck import REST, SETTLING
 from toy_task import GRID, Toy, assert_same, held, whole
 from vibroimpact import sweeps
 from vibroimpact.sweeps import Grid, cluster
@@ -108,6 +109,21 @@ def test_runs_on_a_cluster_that_loses_a_worker(
 @pytest.mark.parametrize("chunk", [3, 11, None])
 def test_a_cluster_gives_the_same_bits(client, expected, chunk):
     assert_same(sweeps.compute(Toy(), whole, client=client, chunk=chunk), expected)
+
+
+def test_a_cluster_runs_structures(client, tmp_path):
+    """Cells, functions of structures and the rows of diagrams have the bits of this process."""
+    gaps = {"initial": REST[1], "periods": 30, "gap": [0.2, 0.25, 0.3]}
+    by_function = gaps | {"system": lambda gap: SETTLING.replace(gap=gap)}
+    for call, asked in (
+        (vi.sweep, {"system": SETTLING, **gaps}),
+        (vi.sweep, by_function),
+        (vi.bifurcation_diagram, {"system": SETTLING, **gaps}),
+    ):
+        here = call(**asked)
+        store = tmp_path / f"{call.__name__}-{callable(asked['system'])}"
+        assert_same(call(**asked, client=client, chunk=1).columns, here.columns)
+        assert_same(call(**asked, client=client, chunk=2, store=store).columns, here.columns)
 
 
 @pytest.mark.parametrize("ragged", [True, False])

@@ -175,8 +175,8 @@ class OfStructure(StructureNumbers):
         if value == STROBOSCOPIC:
             sections = diagram.stroboscopic
             column = sections[:, 0, int(shown[1:])] if len(sections) else np.empty(0)
-            return diagram.stroboscopic_values, np.ascontiguousarray(column), None
-        impacts, at = diagram.impacts, diagram.impact_values
+            return diagram.stroboscopic_parameter, np.ascontiguousarray(column), None
+        impacts, at = diagram.impacts, diagram.impact_parameter
         if not len(at):
             return at, np.empty(0), np.zeros(0, dtype=np.uint8)
         column = impacts["q"][:, int(shown[1:])] if value == "q" else impacts[value]
@@ -186,7 +186,7 @@ class OfStructure(StructureNumbers):
         """Return all columns of the impacts."""
         names = diagram.impacts.dtype.names or ()
         columns = {name: np.asarray(diagram.impacts[name]) for name in names}
-        return {diagram.name: diagram.impact_values} | columns
+        return {diagram.parameter_name: diagram.impact_parameter} | columns
 
     def value_label(self, value: str, shown: str) -> str:
         """Return the symbol and the section."""

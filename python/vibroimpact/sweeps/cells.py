@@ -25,7 +25,8 @@ from ..made import is_maker
 from .columns import COORDINATES
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
-from .machines import START, Machine, Rows, machine_of, need_machine, with_coordinates
+from .machine import START, Machine, Rows, with_coordinates
+from .machines import machine_of, need_machine
 from .made_cells import CellsToMake, Made
 
 # Periods that are kept of each run unless given, or all if there are fewer.

@@ -26,7 +26,7 @@ from .diagram_results import AnyDiagram, Diagram, Start
 from .diagram_task import DiagramTask
 from .engine import compute
 from .grid import Grid
-from .machines import START, Machine
+from .machine import START, Machine
 from .made_cells import Made, made_cells
 from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in

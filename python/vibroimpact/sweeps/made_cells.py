@@ -23,14 +23,8 @@ from ..made import called, check_names, in_words, is_maker, takes
 from .columns import COORDINATES
 from .fields import Field
 from .grid import Grid
-from .machines import (
-    START,
-    Machine,
-    machine_of,
-    made_machine,
-    start_field,
-    with_coordinates,
-)
+from .machine import START, Machine, start_field, with_coordinates
+from .machines import machine_of, made_machine
 
 Array = NDArray[np.float64]
 

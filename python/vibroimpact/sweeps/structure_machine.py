@@ -1,4 +1,4 @@
-"""What a Structure gives to a computation over a grid, as `machines` has it for a System."""
+"""What a Structure gives to a computation over a grid, as `machine` describes it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..errors import StateError
 from ..stop import OF_STOPS
 from ..structure import Structure
 from .fields import Field, RowGroup
-from .machines import START, Array, Ran, Values, unlike, with_coordinates
+from .machine import START, Array, Ran, Values, unlike, with_coordinates
 
 # The columns of impacts that have N entries, in coordinates of the compiled structure.
 _WIDE = ("q", "v_pre", "v_post")

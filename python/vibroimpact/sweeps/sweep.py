@@ -18,7 +18,7 @@ from .call_types import ChartCall, SweepCall
 from .cells import CellTask, Measure, RunSettings, checked_axes, measure_of
 from .engine import compute
 from .grid import Grid
-from .machines import Machine
+from .machine import Machine
 from .made_cells import Made, made_cells
 from .sweep_results import Chart, Sweep
 
