@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ._core import PARAMETERS
 from .arguments import close_to, reject, state, states, swept
 from .errors import ParameterError, StateError
+from .machine import Machine as AnyMachine
 from .physical import QUANTITIES
 from .scales import in_si, needed
 from .system import System
@@ -41,12 +42,8 @@ def is_maker(system: Any) -> bool:
 
 
 def is_structure(system: Any) -> bool:
-    """Whether this is a Structure; who works without does not load its module."""
-    if isinstance(system, System) or callable(system):
-        return False
-    from .structure import Structure
-
-    return isinstance(system, Structure)
+    """Whether this is a Structure; its module is not loaded to be asked."""
+    return isinstance(system, AnyMachine) and not isinstance(system, System)
 
 
 def in_words(values: Mapping[str, float]) -> str:

@@ -174,7 +174,7 @@ NOUNS = [
     "sweeps.labels",
     "sweeps.label_array",
     "sweeps.columns",
-    "sweeps.machine",
+    "sweeps.grid_machine",
     "sweeps.machines",
     "sweeps.structure_machine",
     "sweeps.made_cells",

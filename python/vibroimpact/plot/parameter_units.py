@@ -22,7 +22,7 @@ from ..orbits.branch import Piece
 from ..scales import COLUMN_UNITS, Scales, needed
 from ..sweeps import Diagram
 from ..sweeps.columns import COORDINATES
-from ..sweeps.machine import START
+from ..sweeps.grid_machine import START
 from ..sweeps.results import GridResult
 from ..system import System
 from .style import PARAMETER_SYMBOLS, axis_name, structure_axis_name

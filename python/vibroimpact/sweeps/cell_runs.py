@@ -11,7 +11,7 @@ from ..errors import ParameterError, StateError
 from ..simulation import simulate
 from .diagram_results import AnyDiagram
 from .fields import STATUS_NAMES
-from .machine import START, with_coordinates
+from .grid_machine import START, with_coordinates
 from .results import GridResult
 
 _PENDING = STATUS_NAMES.index("pending")

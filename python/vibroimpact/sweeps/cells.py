@@ -25,7 +25,7 @@ from ..made import is_maker
 from .columns import COORDINATES
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
-from .machine import START, Machine, Rows, with_coordinates
+from .grid_machine import START, GridMachine, Rows, with_coordinates
 from .machines import machine_of, need_machine
 from .made_cells import CellsToMake, Made
 
@@ -77,7 +77,7 @@ class RunSettings:
     @classmethod
     def checked(
         cls,
-        machine: Machine,
+        machine: GridMachine,
         *,
         initial: Any,
         periods: Any,
@@ -167,7 +167,7 @@ class CellTask:
     """One run for each cell of a grid over parameters and coordinates of the initial state."""
 
     kind: str
-    machine: Machine
+    machine: GridMachine
     grid: Grid
     run: RunSettings
     measure: Measure

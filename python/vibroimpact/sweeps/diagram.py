@@ -26,7 +26,7 @@ from .diagram_results import AnyDiagram, Diagram, Start
 from .diagram_task import DiagramTask
 from .engine import compute
 from .grid import Grid
-from .machine import START, Machine
+from .grid_machine import START, GridMachine
 from .made_cells import Made, made_cells
 from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in
@@ -223,7 +223,7 @@ def bifurcation_diagram(
 
     result: Any = StructureDiagram if is_structure(machine.system) else Diagram
 
-    def task(values: NDArray[np.float64], base: Machine, cells: Made | None) -> DiagramTask:
+    def task(values: NDArray[np.float64], base: GridMachine, cells: Made | None) -> DiagramTask:
         axes = {name: values}
         if len(branches) > 1:
             axes = {"branch": np.arange(float(len(branches))), **axes}
@@ -258,7 +258,7 @@ def bifurcation_diagram(
     return _refined(level, result, values, refinements, folder, engine)
 
 
-def _initials(machine: Machine, initial: Any) -> list[Any]:
+def _initials(machine: GridMachine, initial: Any) -> list[Any]:
     several = np.ndim(initial) > len(machine.final_state.shape)
     if not several:
         return [machine.start(initial)]
@@ -298,7 +298,7 @@ def _check_overlap(
 
 
 def _check_made_overlap(
-    machine: Machine,
+    machine: GridMachine,
     name: str,
     values: NDArray[np.float64],
     initials: Sequence[Any],

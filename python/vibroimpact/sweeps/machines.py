@@ -13,12 +13,13 @@ from .. import _core
 from .._core import PARAMETERS
 from ..arguments import reject, state, states
 from ..errors import ParameterError
-from ..made import Maker, called, in_words, is_maker, is_structure
+from ..machine import Machine
+from ..made import Maker, called, in_words, is_maker
 from ..scales import Scales
 from ..system import System
 from .columns import COORDINATES
 from .fields import Field, RowGroup
-from .machine import START, Array, Machine, Ran, Rows, Values, unlike
+from .grid_machine import START, Array, GridMachine, Ran, Rows, Values, unlike
 
 FINAL = Field(
     "final_state", "float64", "x1, v1, x2, v2 at the end", (len(COORDINATES),), ("coordinate",)
@@ -143,7 +144,7 @@ class SystemMachine:
         return kernel, kernel.final_states, rows
 
 
-def machine_of(system: Any) -> Machine:
+def machine_of(system: Any) -> GridMachine:
     """Return what a System or a Structure gives to a grid."""
     if isinstance(system, System):
         return SystemMachine(system)
@@ -155,7 +156,7 @@ def machine_of(system: Any) -> Machine:
 def made_machine(function: Maker, values: Mapping[str, float]) -> Any:
     """Return the machine that a function makes; ParameterError if it makes something else."""
     system = called(function, values)
-    if not isinstance(system, System) and not is_structure(system):
+    if not isinstance(system, Machine):
         raise ParameterError(
             f"at {in_words(values)}: the function gave {system!r}; allowed: a vibroimpact.System "
             "or a vibroimpact.Structure"
@@ -165,12 +166,12 @@ def made_machine(function: Maker, values: Mapping[str, float]) -> Any:
 
 def need_machine(system: Any) -> None:
     """Refuse what is no machine, nor a function that makes one."""
-    if isinstance(system, System) or is_maker(system) or is_structure(system):
-        return
-    reject("system", system, "a vibroimpact.System, a vibroimpact.Structure, or a function of one")
+    if not isinstance(system, Machine) and not is_maker(system):
+        allowed = "a vibroimpact.System, a vibroimpact.Structure, or a function that makes one"
+        reject("system", system, allowed)
 
 
-def machine_from_dict(fields: Mapping[str, Any]) -> Machine:
+def machine_from_dict(fields: Mapping[str, Any]) -> GridMachine:
     """Return the machine of a dict of ``Machine.to_dict``."""
     if "stops" not in fields:
         return SystemMachine(System.from_dict(fields))

@@ -23,7 +23,7 @@ from ..made import called, check_names, in_words, is_maker, takes
 from .columns import COORDINATES
 from .fields import Field
 from .grid import Grid
-from .machine import START, Machine, start_field, with_coordinates
+from .grid_machine import START, GridMachine, start_field, with_coordinates
 from .machines import machine_of, made_machine
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ class MadeCells:
         The numbers of the k combinations, ascending; None for all of them.
     """
 
-    machine: Machine
+    machine: GridMachine
     axes: Mapping[str, Array]
     fields: tuple[Field, ...]
     made: Mapping[str, Array]
@@ -210,7 +210,7 @@ def _may_move_start(name: str) -> bool:
 
 def made_cells(
     system: Any, initial: Any, axes: Mapping[str, Array], *, stored: bool = False
-) -> tuple[Machine, Any, Made | None]:
+) -> tuple[GridMachine, Any, Made | None]:
     """Return a machine, a start and what functions make for a grid; None if no function is given.
 
     The machine and the start are those of the first combination where a function makes them.

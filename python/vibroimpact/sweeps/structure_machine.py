@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..arguments import starts as checked_starts
 from ..errors import StateError
 from ..stop import OF_STOPS
 from ..structure import Structure
 from .fields import Field, RowGroup
-from .machine import START, Array, Ran, Values, unlike, with_coordinates
+from .grid_machine import START, Array, Ran, Values, unlike, with_coordinates
 
 # The columns of impacts that have N entries, in coordinates of the compiled structure.
 _WIDE = ("q", "v_pre", "v_post")
@@ -107,7 +106,7 @@ class StructureMachine:
 
     def starts(self, initial: Any) -> Array:
         """Return checked starts, (k, 2, N), which lie in the span of the modes."""
-        states = checked_starts(initial, self.system.coordinates)
+        states = self.system._starts(initial).reshape(-1, *self.final_state.shape)
         self.system._to_core(states)
         return states
 

@@ -18,7 +18,7 @@ from .call_types import ChartCall, SweepCall
 from .cells import CellTask, Measure, RunSettings, checked_axes, measure_of
 from .engine import compute
 from .grid import Grid
-from .machine import Machine
+from .grid_machine import GridMachine
 from .made_cells import Made, made_cells
 from .sweep_results import Chart, Sweep
 
@@ -328,7 +328,7 @@ def chart(
 
 def _task(
     result: type[Sweep],
-    machine: Machine,
+    machine: GridMachine,
     grid: Grid,
     run: RunSettings,
     measure: Measure,

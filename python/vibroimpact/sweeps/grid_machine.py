@@ -30,7 +30,7 @@ Rows = dict[str, tuple[NDArray[np.int64], dict[str, NDArray[Any]]]]
 Ran = tuple[_core.Sweep | _core.StructureSweep, Array, Rows]
 
 
-class Machine(Protocol):
+class GridMachine(Protocol):
     """A kind of machine, with the one that a grid varies.
 
     Attributes
@@ -119,14 +119,14 @@ def unlike(values: Mapping[str, float], what: str, found: Any, allowed: str) -> 
     )
 
 
-def start_field(machine: Machine) -> Field:
+def start_field(machine: GridMachine) -> Field:
     """Return the column of starts that a function made."""
     shape, dims = machine.final_state.shape, machine.final_state.dims
     what = machine.final_state.description.replace("at the end", "at t = 0, from the function")
     return Field(START, "float64", what, shape, dims)
 
 
-def with_coordinates(machine: Machine, starts: Array, values: Values) -> Array:
+def with_coordinates(machine: GridMachine, starts: Array, values: Values) -> Array:
     """Set those numbers of starts, (cells, *shape), that are varied by name; in place."""
     flat = starts.reshape(len(starts), -1)
     for place, name in enumerate(machine.coordinates):
