@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from ..scales import COLUMN_UNITS, needed
 from ..sweeps import GridResult
-from ..sweeps.structure_diagram_results import StructureDiagram
 from ..system import System
 from . import outputs
 from .exit_codes import ExitCode
@@ -34,12 +33,11 @@ COLUMNS = """\
 
 
 def columns_of(
-    result: GridResult | StructureDiagram, names: Iterable[str], units: str | None = None
+    result: GridResult, names: Iterable[str], units: str | None = None
 ) -> dict[str, NDArray[Any]]:
     """Return columns of the cells by name, as they are written: n is inf with complete chatter."""
     columns = {name: np.asarray(getattr(result, name)).ravel() for name in names}
-    if isinstance(result, GridResult):
-        columns = in_units(result, columns, units)
+    columns = in_units(result, columns, units)
     if "n" in columns:
         n = columns["n"]
         columns["n"] = np.where(n == -1, "inf", n.astype(np.str_))

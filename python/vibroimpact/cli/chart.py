@@ -70,7 +70,6 @@ def add(subparsers: Any) -> None:
 def run(options: argparse.Namespace) -> ExitCode:
     """Fill the grid; after Ctrl-C write what is done, then raise Interrupted."""
     request = shared.Request.of(options)
-    request.need_two_bodies("chart")
     swept = shared.grid(options.vary, axes=2, names=request.names)
     system = request.system(**{name: float(values[0]) for name, values in swept.items()})
     values = request.values(

@@ -128,8 +128,6 @@ def run(options: argparse.Namespace) -> ExitCode:
             "refine",
         )
     )
-    if options.save:
-        request.need_two_bodies("--save")
     outputs.check(options)
     drawn = request.drawn()
     values |= {
@@ -161,17 +159,16 @@ def _write_section(result: Diagram | StructureDiagram, path: str, units: str | N
     columns: dict[str, NDArray[Any]]
     counts = np.diff(result.offset)
     if isinstance(result, StructureDiagram):
-        varied = {result.name: result.impact_values}
         found = result.impacts
         columns = {
             name: found[name] for name in _OF_STRUCTURES if name in (found.dtype.names or ())
         }
     else:
-        varied = {result.parameter_name: result.impact_parameter}
         columns = {name: getattr(result, name) for name in _OF_SYSTEMS}
         columns = cells.in_units(result, columns, units, counts)
     if "regime" in columns:
         columns["regime"] = outputs.regime_names(columns["regime"])
+    varied = {result.parameter_name: result.impact_parameter}
     first = varied | {"branch": np.repeat(result.branch, counts)}
     # What varies may have the name of a column of impacts, phase.
     names = {each: f"impact_{each}" if each in first else each for each in columns}
@@ -179,14 +176,10 @@ def _write_section(result: Diagram | StructureDiagram, path: str, units: str | N
 
 
 def _write_points(result: Diagram | StructureDiagram, path: str, units: str | None) -> None:
-    names = ["branch", "label", "m", "n", "residual", "status"]
-    if isinstance(result, StructureDiagram):
-        varied = {result.name: result.values}
-    else:
-        varied = {result.parameter_name: result.parameter}
-        names.append("contact_fraction")
-        if "largest_exponent" in result.columns:
-            names += ["largest_exponent", "exponent_error"]
+    names = ["branch", "label", "m", "n", "residual", "status", "contact_fraction"]
+    if "largest_exponent" in result.columns:
+        names += ["largest_exponent", "exponent_error"]
+    varied = {result.parameter_name: result.parameter}
     outputs.write_columns(path, varied | cells.columns_of(result, names, units))
 
 
