@@ -200,13 +200,32 @@ def test_a_diagram_is_that_of_python(rig):
     )
     section, points = table("s.csv"), table("p.csv")
     assert fields(out)["completed"] == "6 of 6 cells"
-    assert numbers(section, "gap_0") == diagram.impact_values.tolist()
+    assert numbers(section, "gap_0") == diagram.impact_parameter.tolist()
     assert numbers(section, "branch") == np.repeat(diagram.branch, np.diff(diagram.offset)).tolist()
     assert numbers(section, "v_pre_1") == diagram.impacts["v_pre"][:, 1].tolist()
     assert numbers(section, "energy_loss") == diagram.impacts["energy_loss"].tolist()
-    assert numbers(points, "gap_0") == diagram.values.tolist()
+    assert numbers(points, "gap_0") == diagram.parameter.tolist()
     assert points["label"] == diagram.label.tolist()
     assert imread("d.png").std() > 0.0
+
+
+def test_a_chart_is_that_of_python(rig):
+    line = "chart --vary gap-0 0.3 0.4 2 --vary phase 0 1 2 --quiet --no-exponents"
+    rig(f"{line} --csv c.csv --save c.npz --plot c.png")
+    chart = vi.chart(
+        MADE,
+        initial=START,
+        gap_0=[0.3, 0.4],
+        phase=[0.0, 1.0],
+        periods=60,
+        keep=20,
+        exponents=False,
+    )
+    columns = table("c.csv")
+    assert columns["label"] == chart.label.ravel().tolist()
+    assert numbers(columns, "contact_fraction") == chart.contact_fraction.ravel().tolist()
+    assert np.array_equal(vi.load("c.npz").final_states, chart.final_states)
+    assert imread("c.png").std() > 0.0
 
 
 @pytest.mark.parametrize(
