@@ -52,7 +52,7 @@ def test_continuation_goes_from_point_to_point_in_both_directions():
 def test_several_starts_are_branches_and_one_that_does_not_fit_is_begun_anew():
     starts = [[[0.0], [0.0]], [[-0.5], [0.2]]]
     # On a stop that is closed a motion ends where the next one has no room.
-    pressed = SETTLING.replace(static_load=[3.0], restitution=0.0)
+    pressed = SETTLING.replace(static_load=[0.8], restitution=0.0, drive_frequency=1.0)
     diagram = vi.bifurcation_diagram(
         pressed, initial=starts, gap=[0.4, 0.1, 0.4], start="forward", periods=3, keep=1
     )
