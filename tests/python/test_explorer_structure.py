@@ -223,7 +223,7 @@ def test_a_table_of_a_structure_holds_the_numbers_bit_for_bit(coarse):
     assert rows[0]["regime"] == "frictionless"
     diagram = compute.diagram(state, SMALL["diagram"])
     rows = [*csv.DictReader(io.StringIO(tables.of_map(diagram, state.machine)))]
-    assert [float(row["drive_frequency"]) for row in rows] == diagram.impact_values.tolist()
+    assert [float(row["drive_frequency"]) for row in rows] == diagram.impact_parameter.tolist()
     assert [float(row["q0"]) for row in rows] == diagram.impacts["q"][:, 0].tolist()
 
 
