@@ -209,6 +209,34 @@ def test_a_diagram_is_that_of_python(rig):
     assert imread("d.png").std() > 0.0
 
 
+def test_a_diagram_is_refined_saved_stored_and_has_exponents(rig):
+    line = "diagram --vary gap 0.1 0.7 3 --refine 1 --exponents --quiet --periods 100 --keep 40"
+    rig(f"{line} --save d.npz --points p.csv --store d.zarr", text=PLAIN_FILE)
+    diagram = vi.bifurcation_diagram(
+        PLAIN,
+        initial=[[0], [0]],
+        gap=np.linspace(0.1, 0.7, 3),
+        refine=1,
+        exponents=True,
+        periods=100,
+        keep=40,
+    )
+    saved = vi.load("d.npz")
+    assert len(saved) > 3
+    assert saved.label.tolist() == diagram.label.tolist()
+    assert saved.largest_exponent.tobytes() == diagram.largest_exponent.tobytes()
+    points = table("p.csv")
+    assert numbers(points, "gap") == diagram.parameter.tolist()
+    assert numbers(points, "largest_exponent") == diagram.largest_exponent.tolist()
+
+
+def test_the_phase_of_impacts_is_not_that_which_varies(rig):
+    rig("diagram --vary phase 0 1 2 --quiet --save d.npz --csv s.csv", text=PLAIN_FILE)
+    section, diagram = table("s.csv"), vi.load("d.npz")
+    assert numbers(section, "phase") == diagram.impact_parameter.tolist()
+    assert numbers(section, "impact_phase") == diagram.impacts["phase"].tolist()
+
+
 def test_a_chart_is_that_of_python(rig):
     line = "chart --vary gap-0 0.3 0.4 2 --vary phase 0 1 2 --quiet --no-exponents"
     rig(f"{line} --csv c.csv --save c.npz --plot c.png")
@@ -401,6 +429,7 @@ def test_slips_in_a_json_are_named(rig, text, words):
         ("orbits --search 3", "--search is not for structures"),
         ("orbits --follow gap 0.3 0.4", "--follow is not for structures"),
         ("orbits --set drive-frequency 0", "drive_frequency = 0.0"),
+        ("chart --vary gap 0 1 3 --vary q-0 0 1 3", "--vary q-0: "),
         ("basins --vary x1 0 1 3 --vary x2 0 1 3", "basins is not for structures"),
     ],
 )

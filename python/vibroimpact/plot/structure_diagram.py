@@ -12,22 +12,13 @@ from numpy.typing import NDArray
 from ..arguments import count, naming, reject
 from ..sweeps.structure_diagram_results import StructureDiagram
 from .parameter_units import grid_label
-from .style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY_BLUE,
-    VERMILLION,
-    coordinate_symbol,
-    curve_legend,
-    new_axes,
-)
+from .structure_history import STOPS
+from .style import BLACK, coordinate_symbol, curve_legend, new_axes
 
 Array = NDArray[np.float64]
 
-_STOP_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, SKY_BLUE, ORANGE)
+# A stop has the colour that it has in time histories.
+_STOP_COLORS = tuple(color for color, _ in STOPS)
 _IMPACT_VALUES = {
     "approach_velocity": "approach velocity $u$ at impacts",
     "phase": r"drive phase $\psi$ at impacts",
