@@ -9,8 +9,8 @@ from . import options as shared
 from .exit_codes import ExitCode
 
 ABOUT = """\
-Print an example of a system file, with comments. It is complete: every command
-runs with it as it is."""
+Print an example of a system file, with comments. It is complete: `simulate`
+runs with it as it is, and the other commands with what they need besides."""
 MORE = """\
 which example:
   structure   two masses that meet each other and a wall, from matrices: any
