@@ -125,7 +125,7 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"periods": 1, "keep": 1},
             _PERIODS | {"max_events": "whole number or none", "units": "object or none"},
         ),
-        "StructureDiagram.run": (small_diagram().run, {"i": 1}, {"i": "whole number"}),
+        "StructureDiagram.run": (small_diagram().run, {"i": 1}, {"i": "index"}),
         "bifurcation_diagram: structure": (
             vi.bifurcation_diagram,
             {"system": SETTLING, "initial": REST[1], "drive_frequency": [2.0], "periods": 20},
@@ -153,7 +153,7 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
                 "drive_frequency": [2.0],
                 "periods": 20,
             },
-            {**_RUN, **_GRID, **dict.fromkeys(("gap", "drive_frequency"), "axis >= 0")}
+            {**_RUN, **_GRID, "gap": "axis", "drive_frequency": "axis >= 0"}
             | {"exponents": "true, false or none"},
         ),
         "lyapunov_spectrum: structure": (

@@ -259,7 +259,7 @@ def bifurcation_diagram(
 
 
 def _initials(machine: GridMachine, initial: Any) -> list[Any]:
-    several = np.ndim(initial) > len(machine.final_state.shape)
+    several = machine.system._starts(initial).ndim > len(machine.final_state.shape)
     if not several:
         return [machine.start(initial)]
     given = [machine.start(one) for one in machine.starts(initial)]

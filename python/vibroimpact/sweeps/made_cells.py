@@ -106,7 +106,7 @@ class CellsToMake:
         values = combination(axes, 0)
         first = made_machine(system, values) if is_maker(system) else system
         self.machine = machine_of(first)
-        if keeps and np.ndim(initial) == len(self.machine.final_state.shape):
+        if keeps and first._starts(initial).ndim == len(self.machine.final_state.shape):
             self._initial = partial(_the_same, initial)
         self._known = {0: self._rows(first, values)}
         self.initial = self._known[0].get(START)
