@@ -112,7 +112,7 @@ def test_a_click_on_a_column_of_a_structure_shows_its_motion(start, vary, monkey
         assert len(column)
         assert np.array_equal(shown[-len(column) :], column)
         # The diagram is the same: it begins where it began.
-        assert np.array_equal(desk.named("diagram").data["at"], diagram.impact_values)
+        assert np.array_equal(desk.named("diagram").data["at"], diagram.impact_parameter)
     desk.page.go_back()
     assert desk.page.state.machine.numbers()[vary] == diagram.values[3]
 

@@ -85,7 +85,6 @@ def _motion_pictures(state: State) -> list[str]:
 
 def _diagram(state: State, detail: compute.Detail) -> tuple[list[str], list[str]]:
     machine = state.machine
-    quick = "".join(f" {name}={value!r}," for name, value in machine.quick.items())
     begin = "initial"
     lines = ["# The bifurcation diagram."]
     if state.origin is not None:
@@ -95,7 +94,7 @@ def _diagram(state: State, detail: compute.Detail) -> tuple[list[str], list[str]
         "diagram = vi.bifurcation_diagram(",
         f"    {machine.family_code(state.vary.name)},",
         f"    initial={begin},",
-        f"    periods={detail.periods}, keep={detail.keep}, start={state.start!r},{quick}",
+        f"    periods={detail.periods}, keep={detail.keep}, start={state.start!r}, labels=False,",
         f"    max_events={compute.MOST_EVENTS},",
         f"    {_values(state.vary, detail.columns)},",
         ")",

@@ -166,8 +166,8 @@ def diagram(state: State, detail: Detail) -> Any:
         periods=detail.periods,
         keep=detail.keep,
         start=state.start,  # checked by State
+        labels=False,
         max_events=MOST_EVENTS,
-        **machine.quick,
         **axis_values((state.vary, detail.columns)),
     )
 

@@ -88,8 +88,6 @@ class Machine(ABC):
     branches: ClassVar[bool]
     # What a rate is measured in.
     rate: ClassVar[str]
-    # How its diagrams are computed without the labels, which the page does not show.
-    quick: ClassVar[Mapping[str, Any]]
 
     # What the public functions take.
     system: Any
@@ -250,17 +248,15 @@ class Machine(ABC):
     def family(self, name: str) -> Any:
         """Return what ``vi.bifurcation_diagram`` varies by this name."""
 
-    @abstractmethod
-    def column_start(
-        self, diagram: Any, place: int, start: str, origin: Sequence[float]
-    ) -> tuple[float, ...]:
-        """Return where the run of a column of a followed diagram has begun.
+    def column_start(self, diagram: Any, place: int) -> tuple[float, ...]:
+        """Return where the run of a column of a diagram has begun.
 
         Raises
         ------
         ParameterError, StateError, SimulationError
             If the column has no run.
         """
+        return self.flat(diagram.run(place).initial)
 
     # What is drawn.
 

@@ -288,9 +288,7 @@ class MapsCard:
         if state.start != "fresh":
             # Where the column before has ended, so that the motion is that of the column.
             try:
-                begun = state.machine.column_start(
-                    diagram, place, state.start, state.diagram_initial
-                )
+                begun = state.machine.column_start(diagram, place)
                 changes |= {"initial": begun, "origin": state.diagram_initial}
             except (ParameterError, StateError, SimulationError) as error:
                 self.say(error)

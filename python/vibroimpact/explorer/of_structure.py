@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,6 @@ _OSCILLATIONS, _TIME = 20.0, 30.0
 _SIZE, _MOST_EFFORT = 8, 4
 # Stops whose impacts are counted in words.
 _COUNTED = 8
-_ENDED = ("completed", "restarted", "rest")
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,6 @@ class OfStructure(StructureNumbers):
     maps = ("diagram",)
     branches = False
     rate = "per unit of time"
-    quick: ClassVar[Mapping[str, Any]] = {}
 
     # What is computed.
 
@@ -84,21 +82,6 @@ class OfStructure(StructureNumbers):
             return self.replace(**value).system
 
         return made
-
-    def column_start(
-        self, diagram: Any, place: int, start: str, origin: Sequence[float]
-    ) -> tuple[float, ...]:
-        """Return where the last column before it that came to its end has ended."""
-        diagram.run(place)
-        step = -1 if start == "forward" else 1
-        before = place + step
-        if diagram.status[place] != "restarted":
-            while 0 <= before < len(diagram.status):
-                if diagram.status[before] in _ENDED:
-                    end = diagram.run(before).final_state
-                    return self.flat([end.q, end.v])
-                before += step
-        return tuple(origin)
 
     # What is drawn.
 

@@ -71,7 +71,6 @@ class OfSystem(Machine):
     maps = ("diagram", "chart", "basins")
     branches = True
     rate = "per unit of time 1/ω₂"
-    quick: ClassVar = {"labels": False}
     heights = ("x2",)
     groups: ClassVar = {
         "Machine": (
@@ -171,12 +170,6 @@ class OfSystem(Machine):
     def family(self, name: str) -> System:
         """Return the system, all of whose parameters can be varied by name."""
         return self.system
-
-    def column_start(
-        self, diagram: Any, place: int, start: str, origin: Sequence[float]
-    ) -> tuple[float, ...]:
-        """Return the start of the column's run, which it knows."""
-        return self.flat(diagram.run(place).initial)
 
     def curves(self, shown: str) -> tuple[Curve, ...]:
         """Return the two faces of the contact."""
