@@ -50,7 +50,7 @@ BEAM = vi.Structure.from_modes(
 )
 EVERY = {"pair": PAIR, "rough": ROUGH, "free": FREE, "chain": CHAIN, "beam": BEAM}
 REST = {name: np.zeros((2, each.coordinates)) for name, each in EVERY.items()}
-SMALL = dict.fromkeys(compute.FINE, compute.Detail(columns=7, rows=0, periods=60, keep=10))
+SMALL = dict.fromkeys(compute.FINE, compute.Detail(columns=7, rows=4, periods=60, keep=10))
 
 
 def arguments(query):

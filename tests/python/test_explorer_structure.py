@@ -111,7 +111,7 @@ def test_factors_are_those_of_what_was_given():
         ("friction_0=0.5", "friction_0"),
         ("q2=1", "q2"),
         ("shown=x1", "shown"),
-        ("map=chart", "map"),
+        ("map=basins", "map"),
         ("vary=q0", "vary"),
         ("value=x1", "value"),
         ("simultaneous=never", "simultaneous"),
@@ -214,6 +214,21 @@ def test_the_diagram_of_a_structure_is_that_of_the_public_function(name, coarse)
         assert diagram.values[place] == value
 
 
+@pytest.mark.parametrize(
+    "names", [("drive_frequency", "gap_0"), (DRIVE, "gap"), (DRIVE, DAMPING)], ids="-".join
+)
+def test_the_chart_of_a_structure_has_the_labels_of_its_runs(names):
+    across, upward = (Axis(name=name, low=0.3, high=0.9) for name in names)
+    state = first_state(PAIR, None).replace(map="chart", across=across, upward=upward)
+    chart = compute.chart_of(state, compute.Detail(columns=3, rows=2, periods=60, keep=20))
+    assert [*chart.axes] == [*names]
+    for i, x in enumerate(np.linspace(0.3, 0.9, 3).tolist()):
+        for j, y in enumerate((0.3, 0.9)):
+            made = state.replace(**{names[0]: x, names[1]: y}).system
+            run = vi.simulate(made, initial=REST["pair"], periods=60, keep=20)
+            assert chart.label[i, j] == run.label
+
+
 def test_a_table_of_a_structure_holds_the_numbers_bit_for_bit(coarse):
     state = first_state(PAIR, None)
     impacts = compute.motion(state).run.impacts
@@ -234,6 +249,7 @@ def test_a_table_of_a_structure_holds_the_numbers_bit_for_bit(coarse):
         ("pair", {"vary": Axis(name=DRIVE, low=0.5, high=1.5), DRIVE: 0.8}),
         ("rough", {"vary": Axis(name=DAMPING, low=0.5, high=1.5), "value": "phase"}),
         ("free", {}),
+        ("pair", {"map": "chart", "across": Axis(name=DRIVE, low=0.5, high=1.5)}),
         ("chain", {"value": "stroboscopic", "gap": 0.4}),
         ("beam", {"start": "forward"}),
     ],
@@ -252,6 +268,9 @@ def test_the_code_of_a_structure_gives_the_numbers_of_the_page(
     assert label == motion.run.label
     if name == "free":
         assert said == ["written: motion.pdf"]
+    elif state.map == "chart":
+        chart = compute.chart_of(state, compute.detail(state, compute.FINE))
+        assert np.array_equal(made["chart"].label, chart.label)
     else:
         diagram = compute.diagram(state, compute.detail(state, compute.FINE))
         assert np.array_equal(made["diagram"].impacts, diagram.impacts)

@@ -127,6 +127,23 @@ def test_a_zoom_in_the_diagram_of_a_structure_and_the_way_back(desk):
     assert desk.page.state == before
 
 
+def test_a_click_on_a_cell_of_the_chart_shows_its_motion(desk):
+    desk.named("map").active = 1
+    desk.named("upward").value = DRIVE
+    desk.settle()
+    maps, chart = desk.page.maps, desk.page.maps.result
+    assert [*chart.axes] == ["drive_frequency", DRIVE]
+    assert len(desk.named("chart").data["image"])
+    x, y = (values[2].item() for values in chart.axes.values())
+    maps._tap_chart(Tap(maps.chart.figure, x=x + 1e-3, y=y - 1e-3))
+    desk.settle()
+    assert desk.page.state.system == PAIR.replace(
+        drive_frequency=x, drive_amplitude=y * PAIR.drive_amplitude
+    )
+    run = vi.simulate(desk.page.state.system, initial=np.zeros((2, 2)), periods=600, keep=100)
+    assert f">{run.label}<" in desk.named("verdict").text
+
+
 def test_a_number_of_all_stops_is_that_of_each(coarse):
     desk = Desk(first_state(CHAIN, None))
     assert desk.named("gap").value == "differ"
@@ -154,8 +171,8 @@ def test_a_closed_stop_is_drawn_closed_and_said(coarse):
 
 def test_what_makes_no_sense_for_a_structure_is_not_there(desk):
     page = desk.page
-    assert page.maps.root.select_one({"name": "map"}) is None
-    assert page.maps.root.select_one({"name": "chart-figure"}) is None
+    assert desk.named("map").labels == ["Diagram", "Chart"]
+    assert page.maps.root.select_one({"name": "basins-figure"}) is None
     assert not desk.named("branch").visible
     assert desk.named("preset").options == ["choose a preset", "as given"]
     # The page is as it was given again.

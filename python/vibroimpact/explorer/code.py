@@ -70,8 +70,7 @@ def _in_print(lines: list[str]) -> list[str]:
 
 def _motion_pictures(state: State) -> list[str]:
     machine = state.machine
-    samples = compute.SHOWN * compute.SAMPLES + 1 if machine.driven else compute.SAMPLES_OF_TIME
-    lines = machine.pictures(state.shown, compute.SHOWN, samples)
+    lines = machine.pictures(state.shown, compute.SHOWN)
     if machine.driven:
         period = f"{machine.noun}.drive_period"
         lines += [
@@ -128,8 +127,8 @@ def _chart(state: State, detail: compute.Detail) -> tuple[list[str], list[str]]:
     lines = [
         "# The chart.",
         "chart = vi.chart(",
-        "    system, initial=initial,",
-        f"    periods={detail.periods}, keep={detail.keep}, exponents=False,",
+        f"    {state.machine.family_code(state.across.name, state.upward.name)},",
+        f"    initial=initial, periods={detail.periods}, keep={detail.keep}, exponents=False,",
         f"    max_events={compute.MOST_EVENTS},",
         f"    {_values(state.across, detail.columns)},",
         f"    {_values(state.upward, detail.rows)},",

@@ -174,9 +174,10 @@ def diagram(state: State, detail: Detail) -> Any:
 
 def chart_of(state: State, detail: Detail) -> Chart:
     """Compute the chart of a state: a label for each cell."""
+    machine = state.machine
     return chart(
-        state.system,
-        initial=state.initial,
+        machine.family(state.across.name, state.upward.name),
+        initial=machine.begin(state.initial),
         periods=detail.periods,
         keep=detail.keep,
         exponents=False,

@@ -245,8 +245,8 @@ class Machine(ABC):
         """Return what the multipliers of a periodic motion say."""
 
     @abstractmethod
-    def family(self, name: str) -> Any:
-        """Return what ``vi.bifurcation_diagram`` varies by this name."""
+    def family(self, *names: str) -> Any:
+        """Return what ``vi.bifurcation_diagram`` and ``vi.chart`` vary by these names."""
 
     def column_start(self, diagram: Any, place: int) -> tuple[float, ...]:
         """Return where the run of a column of a diagram has begun.
@@ -333,12 +333,12 @@ class Machine(ABC):
         """Return lines that print the exponent of a motion and the multipliers."""
 
     @abstractmethod
-    def pictures(self, shown: str, periods: int, samples: int) -> list[str]:
+    def pictures(self, shown: str, periods: int) -> list[str]:
         """Return lines that draw a motion."""
 
     @abstractmethod
-    def family_code(self, name: str) -> str:
-        """Return what a diagram varies by this name, as code."""
+    def family_code(self, *names: str) -> str:
+        """Return what a map varies by these names, as code."""
 
     @abstractmethod
     def drawn_code(self, value: str, shown: str) -> tuple[str, str]:

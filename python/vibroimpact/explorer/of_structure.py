@@ -34,7 +34,7 @@ class OfStructure(StructureNumbers):
     """A Structure, with factors of the drive and the damping it was given."""
 
     noun = "structure"
-    maps = ("diagram",)
+    maps = ("diagram", "chart")
     branches = False
     rate = "per unit of time"
 
@@ -73,13 +73,13 @@ class OfStructure(StructureNumbers):
         """Return the verdict."""
         return str(periodic.stability)
 
-    def family(self, name: str) -> Structure | Callable[..., Structure]:
-        """Return the structure, or what makes it with another factor."""
-        if name not in (DRIVE, DAMPING):
+    def family(self, *names: str) -> Structure | Callable[..., Structure]:
+        """Return the structure, or what makes it with other factors."""
+        if not {DRIVE, DAMPING} & {*names}:
             return self.system
 
-        def made(**value: float) -> Structure:
-            return self.replace(**value).system
+        def made(**values: float) -> Structure:
+            return self.replace(**values).system
 
         return made
 
@@ -232,46 +232,40 @@ class OfStructure(StructureNumbers):
             "    print(motion.stability)",
         ]
 
-    def pictures(self, shown: str, periods: int, samples: int) -> list[str]:
-        """Return a time history, and a phase portrait and sections by Matplotlib."""
+    def pictures(self, shown: str, periods: int) -> list[str]:
+        """Return the package's figures of a run."""
         i = int(shown[1:])
-        drawn = ", ".join(map(str, self._drawn(shown)))
-        part = f"periods={periods}"
-        begin = f"max(run.kept_from, run.final_state.time - {periods} * structure.drive_period)"
-        size, x = "2, 2, figsize=(7.1, 5.4)", "phase"
+        part, size, x = f"periods={periods}", "2, 2, figsize=(7.1, 5.4)", "phase"
         if not self.driven:
             part = "window=(run.kept_from, run.final_state.time)"
-            size, x, begin = "1, 3, figsize=(7.1, 2.7)", "time", "run.kept_from"
+            size, x = "1, 3, figsize=(7.1, 2.7)", "time"
+        color = ", color='regime'" if len(self.base.stops) == 1 else ""
         lines = [
             f"figure, axes = plt.subplots({size}, layout='constrained')",
             "panels = axes.flat",
-            f"vi.plot.time_history(run, coordinates=[{drawn}], {part}, ax=panels[0])",
-            f"times = np.linspace({begin}, run.final_state.time, {samples})",
-            f"q, v = run.trajectory(times)[:, :, {i}].T",
-            "panels[1].plot(q, v)",
-            f"panels[1].set(xlabel='$q_{{{i}}}$', ylabel=r'$\\dot q_{{{i}}}$')",
-            "hits = run.impacts",
-            f"panels[2].scatter(hits['{x}'], hits['approach_velocity'], c=hits['stop'], s=6)",
-            f"panels[2].set(xlabel='{x}', ylabel='approach velocity $u$')",
+            f"vi.plot.time_history(run, coordinates={self._drawn(shown)}, {part}{color},",
+            "                     ax=panels[0])",
+            f"vi.plot.phase_portrait(run, coordinates={i}, {part}{color}, ax=panels[1])",
+            f"vi.plot.impact_section(run, x='{x}', y='approach_velocity'{color}, ax=panels[2])",
         ]
         if not self.driven:
             return lines
-        return [
-            *lines,
-            f"panels[3].plot(*run.stroboscopic[:, :, {i}].T, '.')",
-            f"panels[3].set(xlabel='$q_{{{i}}}$', ylabel=r'$\\dot q_{{{i}}}$')",
-        ]
+        return [*lines, f"vi.plot.stroboscopic(run, x='q_{i}', y='v_{i}', ax=panels[3])"]
 
-    def family_code(self, name: str) -> str:
-        """Return the structure's name, or a function of a factor of what was given."""
-        if name == DRIVE:
-            given = f"np.array({self.base.drive_amplitude.tolist()!r})"
-            return f"lambda {name}: structure.replace(drive_amplitude={name} * {given})"
-        if name == DAMPING:
-            kind = "damping" if self.base.damping is not None else "damping_ratios"
-            given = f"np.array({getattr(self.base, kind).tolist()!r})"
-            return f"lambda {name}: structure.replace({kind}={name} * {given})"
-        return self.noun
+    def family_code(self, *names: str) -> str:
+        """Return the structure's name, or a function of factors of what was given."""
+        if not {DRIVE, DAMPING} & {*names}:
+            return self.noun
+        kind = "damping" if self.base.damping is not None else "damping_ratios"
+        scaled = {DRIVE: "drive_amplitude", DAMPING: kind}
+        changes = []
+        for name in names:
+            if name in scaled:
+                given = getattr(self.base, scaled[name]).tolist()
+                changes.append(f"{scaled[name]}={name} * np.array({given!r})")
+            else:
+                changes.append(f"{name}={name}")
+        return f"lambda {', '.join(names)}: structure.replace({', '.join(changes)})"
 
     def drawn_code(self, value: str, shown: str) -> tuple[str, str]:
         """Return the call of the package's diagram of structures."""

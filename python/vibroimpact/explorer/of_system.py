@@ -167,7 +167,7 @@ class OfSystem(Machine):
         """Return the verdict."""
         return "stable" if periodic.stable else "unstable"
 
-    def family(self, name: str) -> System:
+    def family(self, *names: str) -> System:
         """Return the system, all of whose parameters can be varied by name."""
         return self.system
 
@@ -263,7 +263,7 @@ class OfSystem(Machine):
             "    print('stable' if motion.stable else 'unstable')",
         ]
 
-    def pictures(self, shown: str, periods: int, samples: int) -> list[str]:
+    def pictures(self, shown: str, periods: int) -> list[str]:
         """Return the package's figures of a run."""
         section = "x='phase', y='approach_velocity'"
         part, size = f"periods={periods}", "2, 2, figsize=(7.1, 5.4)"
@@ -279,7 +279,7 @@ class OfSystem(Machine):
         ]
         return [*lines, "vi.plot.stroboscopic(run, ax=panels[3])"] if self.driven else lines
 
-    def family_code(self, name: str) -> str:
+    def family_code(self, *names: str) -> str:
         """Return the system's name."""
         return self.noun
 

@@ -255,6 +255,10 @@ class StructureNumbers(Machine):
     def _length(self) -> float:
         return max((abs(stop.gap) for stop in self.base.stops), default=0.0) or 1.0
 
+    def usual(self, name: str) -> Axis:
+        """Return the range of a map; of a factor around what was given."""
+        return around(name, 1.0) if name in (DRIVE, DAMPING) else super().usual(name)
+
     def axes(self, *, own: bool) -> dict[str, Axis]:
         """Return a range around the drive's frequency, or without a drive one of the gap."""
         frequency = self.system.drive_frequency
