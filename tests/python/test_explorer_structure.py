@@ -249,7 +249,7 @@ def test_a_table_of_a_structure_holds_the_numbers_bit_for_bit(coarse):
         ("pair", {"vary": Axis(name=DRIVE, low=0.5, high=1.5), DRIVE: 0.8}),
         ("rough", {"vary": Axis(name=DAMPING, low=0.5, high=1.5), "value": "phase"}),
         ("free", {}),
-        ("pair", {"map": "chart", "across": Axis(name=DRIVE, low=0.5, high=1.5)}),
+        ("pair", {"map": "chart"}),
         ("chain", {"value": "stroboscopic", "gap": 0.4}),
         ("beam", {"start": "forward"}),
     ],

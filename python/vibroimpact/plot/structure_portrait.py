@@ -127,8 +127,10 @@ def structure_impact_section(
     of = impacts["regime" if by_regime else "stop"]
     handles = []
     for number in np.unique(of):
-        regime = REGIME_STYLES[int(number)]
-        style = (regime.color, regime.marker) if by_regime else STOPS[number % len(STOPS)]
+        style: tuple[str, str] = STOPS[number % len(STOPS)]
+        if by_regime:
+            regime = REGIME_STYLES[int(number)]
+            style = (regime.color, regime.marker)
         here = of == number
         ax.scatter(
             across[here],
