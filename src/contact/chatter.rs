@@ -170,7 +170,12 @@ impl<V: Others> ChatterMonitor<V> {
     /// begins anew.
     pub fn at_contact(&mut self, contact: u32) {
         if contact != self.contact {
-            *self = Self { contact, ..Self::default() };
+            (self.contact, self.last, self.ratio, self.kept) = (contact, 0.0, 0.0, 0);
+            (self.stopped, self.stuck, self.character) = (false, false, None);
+            // The samples are many numbers, and mostly there is none.
+            if self.samples[0].is_some() {
+                self.samples = [const { None }; MOST];
+            }
         }
     }
 

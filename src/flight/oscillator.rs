@@ -13,6 +13,7 @@
 mod bounds;
 mod equation;
 mod free;
+mod swinging;
 
 pub(crate) use bounds::Bounds;
 use equation::Series;
@@ -382,26 +383,6 @@ impl Oscillator {
     pub fn swings_from(&self) -> f64 {
         let swings = matches!(self.decay, Decay::Undamped { .. } | Decay::Underdamped { .. });
         if swings && self.is_steady() { self.equation.short } else { f64::INFINITY }
-    }
-
-    /// Motion at local time `s` of a body that swings; `turned`: its (cos wd s - 1, sin wd s). Without
-    /// damping nothing else is computed for `DAMPED = false`, also in lanes, where both sides of a
-    /// condition are.
-    #[inline(always)]
-    pub fn swung<const DAMPED: bool>(
-        &self,
-        f: &BodyFlight,
-        s: f64,
-        turned: (f64, f64),
-        turn: &Turn,
-    ) -> Motion {
-        if DAMPED && self.equation.decayed(s) {
-            let (x, v) = self.equation.faded(f, s, turned, turn);
-            return self.equation.motion_from(x - f.x, v, [x, 0.0], turn);
-        }
-        let change = if DAMPED { self.equation.amplitude_change(s) } else { 0.0 };
-        let (increment, rate) = self.equation.swung(f, change, turned, turn);
-        self.equation.motion_from(increment, rate, [f.x, increment], turn)
     }
 
     /// Motion at local time `s`.

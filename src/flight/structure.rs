@@ -5,6 +5,8 @@
 mod linear;
 mod modal;
 
+use smallvec::SmallVec;
+
 use super::drive::{Drive, Trig};
 use crate::model::state::Clock;
 use crate::model::structure::{Coordinates, Structure, StructureState};
@@ -58,6 +60,8 @@ enum Motions {
 /// A stop's own part in its gap.
 #[derive(Debug, Clone)]
 struct StopMotion {
+    /// The entries of its normal that are not 0, with their places.
+    normal: SmallVec<[(usize, f64); 2]>,
     /// n . phi of the modes.
     row: Vec<f64>,
     gap: f64,
@@ -157,7 +161,7 @@ impl StructureMotion {
         let count = self.structure.coordinates();
         assert!(q.len() == count && v.len() == count, "{count} coordinates and velocities");
         let flight = match &self.motion {
-            Motions::Modal(modal) => Flights::Modal(modal.flight(&self.structure, clock, q, v)),
+            Motions::Modal(modal) => Flights::Modal(modal.flight(clock, q, v)),
             Motions::Linear(linear) => Flights::Linear(Box::new(linear.flight(clock, q, v))),
         };
         StructureFlight { clock, flight }
@@ -205,19 +209,40 @@ impl StructureMotion {
     /// Gap of a stop and its rate, u, at a clock, coordinates and velocities.
     #[must_use]
     pub fn gap(&self, stop: usize, clock: Clock, q: &[f64], v: &[f64]) -> (f64, f64) {
-        let StopMotion { gap, amplitude, drive, .. } = &self.stops[stop];
-        let normal = self.structure.stops()[stop].normal();
+        let StopMotion { normal, gap, amplitude, drive, .. } = &self.stops[stop];
         let Trig { cos, sin } = self.stops[stop].trig_at(clock);
-        (dot(normal, q) - gap - amplitude * cos, dot(normal, v) + amplitude * drive.omega * sin)
+        let (value, rate) = (sparse_dot(normal, q), sparse_dot(normal, v));
+        (value - gap - amplitude * cos, rate + amplitude * drive.omega * sin)
     }
 
     /// The coordinates of a contact, whose gap is 0 to rounding, moved onto the stop so that
     /// rounding does not add up.
     #[must_use]
     pub fn on_stop(&self, stop: usize, gap: f64, q: &[f64]) -> Vec<f64> {
+        let mut q = q.to_vec();
+        self.move_onto(stop, gap, &mut q);
+        q
+    }
+
+    /// The same in place.
+    pub(crate) fn move_onto(&self, stop: usize, gap: f64, q: &mut [f64]) {
         let rows = self.structure.contact(stop);
         let part = gap / rows.mobilities[0];
-        q.iter().zip(&rows.by_normal).map(|(q, m)| q - part * m).collect()
+        for (q, m) in q.iter_mut().zip(&rows.by_normal) {
+            *q -= part * m;
+        }
+    }
+
+    /// A bound of the size of a stop's gap from below, and the sum of the sizes of its terms: cheap,
+    /// and off by rounding.
+    pub(crate) fn at_least_apart(&self, stop: usize, q: &[f64]) -> (f64, f64) {
+        let StopMotion { normal, gap, amplitude, .. } = &self.stops[stop];
+        let (mut value, mut size) = (-gap, gap.abs() + amplitude.abs());
+        for &(place, n) in normal {
+            value += n * q[place];
+            size += (n * q[place]).abs();
+        }
+        (value.abs() - amplitude.abs(), size)
     }
 
     /// The gap of a stop at the start of a flight, with its derivatives.
@@ -263,6 +288,7 @@ const OTHER: &str = "the flight is of another structure";
 fn stop_motions(structure: &Structure) -> Vec<StopMotion> {
     let omega = structure.drive_frequency();
     let of = |(index, stop): (usize, &crate::model::Stop)| StopMotion {
+        normal: stop.normal().iter().copied().enumerate().filter(|&(_, n)| n != 0.0).collect(),
         row: structure.contact(index).modal_normal.iter().map(|n| n.value()).collect(),
         gap: stop.gap(),
         amplitude: stop.amplitude(),
@@ -289,7 +315,17 @@ impl StopMotion {
     }
 }
 
+/// In twice the digits.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let terms = a.iter().zip(b);
     terms.fold(DoubleDouble::ZERO, |sum, (&a, &b)| sum + DoubleDouble::product(a, b)).value()
+}
+
+/// The same of a row's entries with their places.
+fn sparse_dot(row: &[(usize, f64)], x: &[f64]) -> f64 {
+    if let &[(at, n)] = row {
+        return n * x[at];
+    }
+    let terms = row.iter();
+    terms.fold(DoubleDouble::ZERO, |sum, &(at, n)| sum + DoubleDouble::product(n, x[at])).value()
 }

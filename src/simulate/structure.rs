@@ -153,8 +153,7 @@ impl Model for Structure {
             strikes |= rate > rest;
             lands |= start == StopStart::Landed;
             touching.set(index as u32, start);
-            let q = motion.free.on_stop(index, gap, &state.q);
-            state.q = Coordinates::from_vec(q);
+            motion.free.move_onto(index, gap, &mut state.q);
         }
         let phase = if strikes {
             Phase::Strike

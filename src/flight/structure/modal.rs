@@ -3,6 +3,9 @@
 
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
+mod begins;
+mod fours;
+mod search;
 mod shared;
 mod stop_gap;
 
@@ -10,9 +13,10 @@ use std::sync::OnceLock;
 
 use smallvec::SmallVec;
 
-use self::shared::{SHARED_BY, Shared};
-use self::stop_gap::StopGap;
-use super::{StopContact, StopMotion, dot};
+use self::begins::StopGroup;
+use self::fours::{FOUR, Four, Turned};
+use self::search::ContactSearch;
+use super::{StopContact, StopMotion};
 use crate::flight::drive::{Drive, Trig, Turn};
 use crate::flight::oscillator::{BodyFlight, FreeBody, Motion, Oscillator};
 use crate::flight::table::Response;
@@ -22,8 +26,8 @@ use crate::model::structure::{Coordinates, Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
 use crate::numerics::lanes::{self, LANES};
-use crate::search::first_contact::{Found, Start, first_contact};
-use crate::search::gap::{Gap, GapPoint};
+use crate::search::first_contact::Start;
+use crate::search::gap::GapPoint;
 use crate::search::steps::{LEVELS, Weights, sextic_remainder};
 use crate::search::tolerances::{SCAN_SPANS, SCAN_STEPS};
 
@@ -32,10 +36,14 @@ use crate::search::tolerances::{SCAN_SPANS, SCAN_STEPS};
 pub(super) struct ModalMotion {
     pub drive: Drive,
     pub modes: Vec<ModeMotion>,
+    fours: Vec<Four>,
     stops: Vec<StopMotion>,
+    groups: Vec<StopGroup>,
     pub span: f64,
     /// Longest local time at which a contact is met.
     pub reach: f64,
+    /// Whether all modes swing, and answer the drive with their steady response.
+    plain: bool,
     /// Whether the bounds of derivatives hold for all times.
     pub steady: bool,
     pub remainder_factor: f64,
@@ -58,7 +66,7 @@ pub(super) struct Table {
 }
 
 /// A flight between contacts.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct ModalFlight {
     /// By mode; their phases at the start; and the phases of the stops.
     pub modes: SmallVec<[BodyFlight; FEW]>,
@@ -108,8 +116,11 @@ impl ModalMotion {
         Self {
             drive: Drive::new(omega, structure.phase()),
             steady: modes.iter().all(|mode| mode.oscillator.is_steady()),
+            fours: Four::all(structure, &modes),
             modes,
+            groups: StopGroup::all(&stops),
             stops,
+            plain,
             span,
             reach: if plain { SCAN_SPANS * span } else { span },
             remainder_factor: sextic_remainder(longest / LANES as f64),
@@ -118,32 +129,8 @@ impl ModalMotion {
     }
 
     /// The flight that starts at `clock` from q and q'.
-    pub fn flight(&self, structure: &Structure, clock: Clock, q: &[f64], v: &[f64]) -> ModalFlight {
-        lanes::narrow(|| self.flight_here(structure, clock, q, v))
-    }
-
-    #[inline(always)]
-    fn flight_here(
-        &self,
-        structure: &Structure,
-        clock: Clock,
-        q: &[f64],
-        v: &[f64],
-    ) -> ModalFlight {
-        let start = self.drive.trig_at(clock);
-        let phases: SmallVec<[Trig; FEW]> =
-            self.modes.iter().map(|mode| start.turned_by(mode.ahead)).collect();
-        let modes = structure
-            .modes()
-            .iter()
-            .zip(&self.modes)
-            .zip(&phases)
-            .map(|((mode, motion), &phase)| {
-                motion.oscillator.flight(dot(&mode.row, q), dot(&mode.row, v), phase)
-            })
-            .collect();
-        let stops = self.stops.iter().map(|stop| stop.trig_at(clock)).collect();
-        ModalFlight { modes, phases, stops }
+    pub fn flight(&self, clock: Clock, q: &[f64], v: &[f64]) -> ModalFlight {
+        lanes::narrow(StartOfFlight { motion: self, clock, q, v })
     }
 
     /// Coordinates and velocities at any local time.
@@ -153,120 +140,72 @@ impl ModalMotion {
         flight: &ModalFlight,
         elapsed: DoubleDouble,
     ) -> StructureState {
-        if elapsed.hi <= self.reach {
-            return lanes::narrow(|| self.state_near(structure, flight, elapsed));
+        lanes::narrow(StateOfFlight { motion: self, structure, flight, elapsed })
+    }
+
+    /// Displacement and rate of each mode: a short time after the start, where angles need not be
+    /// reduced,
+    #[inline(always)]
+    fn near(&self, flight: &ModalFlight, elapsed: DoubleDouble) -> SmallVec<[(f64, f64); FEW]> {
+        let (motions, _) = self.modes_at(flight, elapsed.hi);
+        let mut places = SmallVec::new();
+        for (motion, mode) in motions.iter().zip(&self.modes) {
+            places.push(mode.oscillator.equation.later(motion, elapsed.lo));
         }
-        lanes::narrow(|| self.state_far(structure, flight, elapsed))
+        places
     }
 
-    /// A short time after the start: angles need not be reduced.
+    /// and any time after it.
     #[inline(always)]
-    fn state_near(
-        &self,
-        structure: &Structure,
-        flight: &ModalFlight,
-        elapsed: DoubleDouble,
-    ) -> StructureState {
-        let turn = self.drive.turned(Trig::ONE, elapsed.hi);
-        let turned = (turn.cos_minus_1, turn.sin);
-        self.state_of(structure, |i| {
-            let motion = self.mode_at(flight, i, elapsed.hi, turned);
-            self.modes[i].oscillator.equation.later(&motion, elapsed.lo)
-        })
-    }
-
-    /// From displacement and rate of each mode.
-    #[inline(always)]
-    fn state_of(
-        &self,
-        structure: &Structure,
-        mode: impl Fn(usize) -> (f64, f64),
-    ) -> StructureState {
-        let none = Coordinates::from_elem(0.0, structure.coordinates());
-        let mut state = StructureState { q: none.clone(), v: none };
-        for i in 0..self.modes.len() {
-            let (place, rate) = mode(i);
-            let shape = &structure.modes()[i].shape;
-            for ((q, v), &shape) in state.q.iter_mut().zip(&mut state.v).zip(shape) {
-                *q += shape * place;
-                *v += shape * rate;
-            }
-        }
-        state
-    }
-
-    #[inline(always)]
-    fn state_far(
-        &self,
-        structure: &Structure,
-        flight: &ModalFlight,
-        elapsed: DoubleDouble,
-    ) -> StructureState {
+    fn far(&self, flight: &ModalFlight, elapsed: DoubleDouble) -> SmallVec<[(f64, f64); FEW]> {
         let angle = elapsed.scale(self.drive.omega).reduced_angle();
         let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
-        self.state_of(structure, |i| {
+        let mut places = SmallVec::new();
+        for i in 0..self.modes.len() {
             let body = &flight.modes[i];
             let turn = Turn::new(flight.phases[i], cos_minus_1, sin);
-            self.modes[i].oscillator.after(body, body.x, elapsed, &turn)
-        })
+            places.push(self.modes[i].oscillator.after(body, body.x, elapsed, &turn));
+        }
+        places
+    }
+
+    /// The motions of all modes at a local time within the span, or within the reach of modes that
+    /// all swing; and (cos - 1, sin) of what the drive has turned.
+    #[inline(always)]
+    fn modes_at(&self, flight: &ModalFlight, s: f64) -> (SmallVec<[Motion; FEW]>, (f64, f64)) {
+        let (count, mut motions) = (self.modes.len(), SmallVec::new());
+        if !self.plain {
+            let Turn { cos_minus_1, sin, .. } = self.drive.turned(Trig::ONE, s);
+            for i in 0..count {
+                let turn = Turn::new(flight.phases[i], cos_minus_1, sin);
+                motions.push(self.modes[i].oscillator.at(&flight.modes[i], s, &turn));
+            }
+            return (motions, (cos_minus_1, sin));
+        }
+        let mut turned = SmallVec::<[Turned; 1]>::new();
+        for four in &self.fours {
+            turned.push(four.turned(s));
+        }
+        let (cos_minus_1, sin) = turned[count / FOUR].turned[count % FOUR];
+        for i in 0..count {
+            let turn = Turn::new(flight.phases[i], cos_minus_1, sin);
+            let Turned { turned, change } = &turned[i / FOUR];
+            let (turned, change) = (turned[i % FOUR], change[i % FOUR]);
+            let oscillator = &self.modes[i].oscillator;
+            motions.push(oscillator.swung_by(&flight.modes[i], s, change, turned, &turn));
+        }
+        (motions, (cos_minus_1, sin))
     }
 
     /// First contact of a flight within one span, among all stops.
     pub fn next_contact(&self, flight: &ModalFlight, starts: &[(usize, Start)]) -> StopContact {
-        lanes::narrow(|| self.next_contact_here(flight, starts))
-    }
-
-    #[inline(always)]
-    fn next_contact_here(&self, flight: &ModalFlight, starts: &[(usize, Start)]) -> StopContact {
-        let (mut found, mut clear, mut left) = (None, f64::INFINITY, self.span);
-        let shared = (self.stops.len() >= SHARED_BY).then(Shared::default);
-        for stop in 0..self.stops.len() {
-            let start = starts.iter().find(|(of, _)| *of == stop);
-            let start = start.map_or(Start::Apart, |&(_, start)| start);
-            let own = &self.stops[stop];
-            let shared = shared.as_ref();
-            let gap = StopGap { motion: self, flight, index: stop, stop: own, shared };
-            match first_contact(&gap, start, left).found {
-                Found::Contact(touch) if is_first(found, touch.local_time(), left) => {
-                    left = touch.local_time();
-                    let (time, offset) = (touch.time, touch.offset);
-                    found = Some(StopContact::Met { stop, time, offset });
-                }
-                Found::Graze(touch) if is_first(found, touch.local_time(), left) => {
-                    left = touch.local_time();
-                    found = Some(StopContact::Grazed { stop, time: left });
-                }
-                Found::Resting(touch) if is_first(found, touch.local_time(), left) => {
-                    left = touch.local_time();
-                    found = Some(StopContact::Resting { stop, time: left });
-                }
-                Found::Clear(time) => {
-                    // Earlier than asked for only where the search goes on as a new flight.
-                    clear = clear.min(time);
-                    if time < left {
-                        (left, found) = (time, None);
-                    }
-                }
-                Found::Contact(_) | Found::Graze(_) | Found::Resting(_) => clear = clear.min(left),
-                Found::NotFinite | Found::Stalled => return StopContact::Failed { stop },
-            }
-        }
-        // Without a stop nothing is met: the caller looks in now and then.
-        found.unwrap_or(StopContact::Clear(if clear.is_finite() { clear } else { self.span }))
+        lanes::narrow(ContactSearch { motion: self, flight, starts })
     }
 
     /// The gap of a stop at the start of a flight, with its derivatives.
     pub fn gap_at_start(&self, flight: &ModalFlight, stop: usize) -> GapPoint {
-        let own = &self.stops[stop];
-        let gap = StopGap { motion: self, flight, index: stop, stop: own, shared: None };
-        gap.change(0.0).0
-    }
-
-    /// Motion of mode `i` at a local time within the span.
-    #[inline(always)]
-    pub fn mode_at(&self, flight: &ModalFlight, i: usize, s: f64, (c1, sin): (f64, f64)) -> Motion {
-        let turn = Turn::new(flight.phases[i], c1, sin);
-        self.modes[i].oscillator.at(&flight.modes[i], s, &turn)
+        let modes = self.mode_begins(flight);
+        self.begins(flight, &modes, stop / LANES).get(stop % LANES).point
     }
 
     pub fn table(&self, level: usize) -> &Table {
@@ -285,7 +224,62 @@ impl ModalMotion {
     }
 }
 
-/// Whether this local time comes first; of equal ones the lowest number does.
-fn is_first(found: Option<StopContact>, time: f64, left: f64) -> bool {
-    if found.is_some() { time < left } else { time <= left }
+/// The start of a flight, compiled for each set of vector instructions.
+struct StartOfFlight<'a> {
+    motion: &'a ModalMotion,
+    clock: Clock,
+    q: &'a [f64],
+    v: &'a [f64],
+}
+
+impl pulp::NullaryFnOnce for StartOfFlight<'_> {
+    type Output = ModalFlight;
+
+    #[inline(always)]
+    fn call(self) -> ModalFlight {
+        let Self { motion, clock, q, v } = self;
+        let start = motion.drive.trig_at(clock);
+        let mut flight = ModalFlight::default();
+        for (four, modes) in motion.fours.iter().zip(motion.modes.chunks(FOUR)) {
+            let (x, v) = (four.coordinates(q), four.coordinates(v));
+            for (j, mode) in modes.iter().enumerate() {
+                let phase = start.turned_by(mode.ahead);
+                flight.phases.push(phase);
+                flight.modes.push(mode.oscillator.flight(x[j], v[j], phase));
+            }
+        }
+        for stop in &motion.stops {
+            flight.stops.push(stop.trig_at(clock));
+        }
+        flight
+    }
+}
+
+/// A state of a flight, compiled for each set of vector instructions.
+struct StateOfFlight<'a> {
+    motion: &'a ModalMotion,
+    structure: &'a Structure,
+    flight: &'a ModalFlight,
+    elapsed: DoubleDouble,
+}
+
+impl pulp::NullaryFnOnce for StateOfFlight<'_> {
+    type Output = StructureState;
+
+    #[inline(always)]
+    fn call(self) -> StructureState {
+        let Self { motion, structure, flight, elapsed } = self;
+        let near = elapsed.hi <= motion.reach;
+        let modes = if near { motion.near(flight, elapsed) } else { motion.far(flight, elapsed) };
+        let count = structure.coordinates();
+        let (mut q, mut v) =
+            (Coordinates::from_elem(0.0, count), Coordinates::from_elem(0.0, count));
+        for (&(place, rate), mode) in modes.iter().zip(structure.modes()) {
+            for ((q, v), &shape) in q.iter_mut().zip(&mut v).zip(&mode.shape) {
+                *q += shape * place;
+                *v += shape * rate;
+            }
+        }
+        StructureState { q, v }
+    }
 }

@@ -9,12 +9,19 @@ use crate::model::state::ModelState;
 pub type Coordinates = SmallVec<[f64; 6]>;
 
 /// Coordinates and velocities of a structure, (N,) each.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct StructureState {
     /// q.
     pub q: Coordinates,
     /// q'.
     pub v: Coordinates,
+}
+
+impl Clone for StructureState {
+    // Not derived: numbers are copied as a whole.
+    fn clone(&self) -> Self {
+        Self { q: Coordinates::from_slice(&self.q), v: Coordinates::from_slice(&self.v) }
+    }
 }
 
 impl StructureState {

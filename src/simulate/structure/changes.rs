@@ -5,7 +5,7 @@ use super::touching::StopStart;
 use super::{StructureMode, Touched};
 use crate::contact::closed_stops::{Landing, land};
 use crate::model::state::Clock;
-use crate::model::structure::{Coordinates, Simultaneous, Structure, StructureState};
+use crate::model::structure::{Simultaneous, Structure, StructureState};
 use crate::numerics::EPS;
 use crate::search::Start;
 use crate::search::first_contact::Touch;
@@ -25,7 +25,7 @@ impl Motion {
     ) -> StructureState {
         let structure = self.structure();
         let (gap, rate) = self.free.gap(stop, clock, &state.q, &state.v);
-        state.q = Coordinates::from_vec(self.free.on_stop(stop, gap, &state.q));
+        self.free.move_onto(stop, gap, &mut state.q);
         let rows = structure.contact(stop);
         let [a, b, c] = rows.mobilities;
         // u - a P + b Q = 0, and s - b P + c Q = 0 where slip stops.
@@ -109,7 +109,7 @@ impl Simulation<Structure> {
         let mut pre = self.motion.state_after(&self.flight, elapsed);
         let free = &self.motion.free;
         let (gap, _) = free.gap(stop as usize, clock, &pre.q, &pre.v);
-        pre.q = Coordinates::from_vec(free.on_stop(stop as usize, gap, &pre.q));
+        free.move_onto(stop as usize, gap, &mut pre.q);
         self.strike_from(clock, pre, stop, observer)
     }
 

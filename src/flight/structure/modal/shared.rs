@@ -1,61 +1,77 @@
-//! What the gaps of many stops along one flight have in common: the motions of the modes.
+//! What the gaps of several stops along one flight have in common: the motions of the modes.
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
-use std::cell::{OnceCell, Ref, RefCell};
+use std::cell::{Ref, RefCell};
 
-use crate::flight::oscillator::Motion;
+use smallvec::SmallVec;
+
+use super::{FEW, ModalFlight, ModalMotion};
+use crate::flight::drive::{Trig, Turn};
+use crate::flight::table::Loads;
 use crate::numerics::lanes::Lanes;
 
-/// Fewer stops than this compute the motions each for itself, without a memory for them.
-pub(super) const SHARED_BY: usize = 3;
-
-/// The motions of all modes along a flight, as far as they have been asked for.
+/// The motions of all modes along a flight at the steps that have been asked for.
 #[derive(Default)]
-pub(super) struct Shared {
-    start: OnceCell<Vec<(Motion, [f64; 3])>>,
-    bounds: OnceCell<Vec<[f64; 6]>>,
-    strides: RefCell<Vec<Stride>>,
-}
+pub(super) struct Shared(RefCell<SmallVec<[Stride; 1]>>);
 
 /// Displacements, rates and accelerations of each mode at eight steps of a level.
 pub(super) struct Stride {
     level: usize,
     from: f64,
-    pub modes: Vec<[Lanes; 3]>,
+    pub modes: SmallVec<[[Lanes; 3]; FEW]>,
 }
 
 impl Shared {
-    /// Motions at the start, and their higher derivatives.
-    #[inline(always)]
-    pub fn start(&self, make: impl FnOnce() -> Vec<(Motion, [f64; 3])>) -> &[(Motion, [f64; 3])] {
-        self.start.get_or_init(make)
-    }
-
-    /// Bounds of the derivatives 1 to 6.
-    #[inline(always)]
-    pub fn bounds(&self, make: impl FnOnce() -> Vec<[f64; 6]>) -> &[[f64; 6]] {
-        self.bounds.get_or_init(make)
-    }
-
     /// Eight steps of a level from a local time on.
     #[inline(always)]
     pub fn stride(
         &self,
+        motion: &ModalMotion,
+        flight: &ModalFlight,
         level: usize,
         from: f64,
-        make: impl FnOnce() -> Vec<[Lanes; 3]>,
     ) -> Ref<'_, Stride> {
-        let known = |strides: &[Stride]| {
-            strides.iter().position(|stride| stride.level == level && stride.from == from)
+        let known = |stride: &Stride| stride.level == level && stride.from == from;
+        let place = self.0.borrow().iter().position(known);
+        let place = match place {
+            Some(place) => place,
+            None => {
+                let mut strides = self.0.borrow_mut();
+                // Filled where it stays: it is large.
+                let place = strides.len();
+                strides.push(Stride { level, from, modes: SmallVec::new() });
+                motion.fill(flight, &mut strides[place]);
+                place
+            }
         };
-        let place = known(&self.strides.borrow());
-        let place = place.unwrap_or_else(|| {
-            let stride = Stride { level, from, modes: make() };
-            let mut strides = self.strides.borrow_mut();
-            strides.push(stride);
-            strides.len() - 1
-        });
-        Ref::map(self.strides.borrow(), |strides| &strides[place])
+        Ref::map(self.0.borrow(), |strides| &strides[place])
+    }
+}
+
+impl ModalMotion {
+    #[inline(always)]
+    fn fill(&self, flight: &ModalFlight, stride: &mut Stride) {
+        let (table, from) = (self.table(stride.level), stride.from);
+        let there = if from > 0.0 { Some(self.modes_at(flight, from)) } else { None };
+        for i in 0..self.modes.len() {
+            let oscillator = &self.modes[i].oscillator;
+            let (x, v, phase) = match &there {
+                None => (flight.modes[i].x, flight.modes[i].v, flight.phases[i]),
+                Some((motions, (c1, sin))) => {
+                    let phase = Turn::new(flight.phases[i], *c1, *sin).phase;
+                    (motions[i].displacement(), motions[i].rate, phase)
+                }
+            };
+            let loads = Loads::of(oscillator);
+            let (xs, vs) = table.responses[i].motion(x, v, phase, loads);
+            let mut accelerations = Lanes::default();
+            for (j, acceleration) in accelerations.iter_mut().enumerate() {
+                let Trig { cos, sin } = table.turns[j].phase;
+                let cos_psi = phase.cos * cos - phase.sin * sin;
+                *acceleration = oscillator.equation.acceleration(xs[j], vs[j], cos_psi);
+            }
+            stride.modes.push([xs, vs, accelerations]);
+        }
     }
 }

@@ -2,12 +2,12 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
+use super::begins::Begin;
 use super::shared::Shared;
-use super::{ModalFlight, ModalMotion, StopMotion, Table};
+use super::{ModalFlight, ModalMotion, StopMotion};
 use crate::flight::drive::{Trig, Turn};
 use crate::flight::oscillator::Motion;
-use crate::flight::table::Loads;
-use crate::numerics::lanes::{LANES, Lanes};
+use crate::numerics::lanes::LANES;
 use crate::search::gap::{Gap, GapBounds, GapPoint, Higher};
 use crate::search::steps::{Jet, Jets, ScanStart, SteppedGap, Weights};
 use crate::search::tolerances::{BOUND_MARGIN, SCAN_SPANS};
@@ -18,8 +18,10 @@ pub(super) struct StopGap<'a> {
     pub flight: &'a ModalFlight,
     pub index: usize,
     pub stop: &'a StopMotion,
-    /// Where there are many stops.
-    pub shared: Option<&'a Shared>,
+    pub begin: Begin,
+    /// Later contacts are of no interest; infinite where any is.
+    pub until: f64,
+    pub shared: &'a Shared,
 }
 
 impl StopGap<'_> {
@@ -37,28 +39,6 @@ impl StopGap<'_> {
     fn stop_bound(&self, order: i32) -> f64 {
         self.stop.amplitude.abs() * self.stop.drive.omega.powi(order)
     }
-
-    /// Derivatives 0 to 5 of the stop's motion A cos at a phase, its value as the increment from
-    /// the start.
-    #[inline(always)]
-    fn stop_motion(&self, (c1, sin): (f64, f64)) -> [f64; 6] {
-        let StopMotion { amplitude, drive, .. } = self.stop;
-        if *amplitude == 0.0 {
-            return [0.0; 6];
-        }
-        let start = self.flight.stops[self.index];
-        let Trig { cos, sin: sin_psi } = Turn::new(start, c1, sin).phase;
-        let (w, a) = (drive.omega, *amplitude);
-        let increment = a * (start.cos * c1 - start.sin * sin);
-        let (even, odd) = (a * w * w * cos, a * w * sin_psi);
-        [increment, -odd, -even, odd * w * w, even * w * w, -odd * w.powi(4)]
-    }
-
-    #[inline(always)]
-    fn turned(&self, s: f64) -> (f64, f64) {
-        let turn = self.motion.drive.turned(Trig::ONE, s);
-        (turn.cos_minus_1, turn.sin)
-    }
 }
 
 impl Gap for StopGap<'_> {
@@ -68,14 +48,7 @@ impl Gap for StopGap<'_> {
 
     #[inline(always)]
     fn start(&self) -> (f64, f64) {
-        let StopMotion { gap, amplitude, .. } = self.stop;
-        let own = gap + amplitude * self.flight.stops[self.index].cos;
-        let (mut value, mut size) = (-own, gap.abs() + amplitude.abs());
-        for (i, part) in self.parts() {
-            let term = part * self.flight.modes[i].x;
-            (value, size) = (value + term, size + term.abs());
-        }
-        (value, size)
+        (self.begin.value, self.begin.size)
     }
 
     fn bounds(&self) -> GapBounds {
@@ -96,17 +69,19 @@ impl Gap for StopGap<'_> {
 
     #[inline(always)]
     fn change(&self, s: f64) -> (GapPoint, Self::Instant) {
-        let turned = self.turned(s);
-        let mut sums = self.stop_motion(turned).map(|own| -own);
-        let at = |i: usize| {
-            let motion = self.motion.mode_at(self.flight, i, s, turned);
-            (motion, self.motion.modes[i].oscillator.equation.higher(&motion))
-        };
-        let start = self.shared.filter(|_| s == 0.0);
-        let start = start.map(|shared| shared.start(|| (0..self.modes()).map(at).collect()));
-        for (i, part) in self.parts() {
-            let (motion, [fourth, fifth, _]) = start.map_or_else(|| at(i), |known| known[i]);
-            let Motion { increment, rate, acceleration, jerk, .. } = motion;
+        if s == 0.0 {
+            let Begin { point, higher, .. } = self.begin;
+            return (point, (point, higher));
+        }
+        let (motions, turned) = self.motion.modes_at(self.flight, s);
+        let mut sums = [0.0; 6];
+        if self.stop.amplitude != 0.0 {
+            sums = self.stop.motion(self.flight.stops[self.index], turned).map(|own| -own);
+        }
+        for (i, motion) in motions.iter().enumerate() {
+            let part = self.stop.row[i];
+            let [fourth, fifth, _] = self.motion.modes[i].oscillator.equation.higher(motion);
+            let Motion { increment, rate, acceleration, jerk, .. } = *motion;
             for (sum, term) in
                 sums.iter_mut().zip([increment, rate, acceleration, jerk, fourth, fifth])
             {
@@ -118,10 +93,12 @@ impl Gap for StopGap<'_> {
         (point, (point, Higher { fourth, fifth }))
     }
 
+    #[inline(always)]
     fn higher(&self, (_, higher): &Self::Instant) -> Higher {
         *higher
     }
 
+    #[inline(always)]
     fn state(&self, _: &Self::Instant, _: f64) {}
 }
 
@@ -133,44 +110,27 @@ impl SteppedGap for StopGap<'_> {
 
     #[inline(always)]
     fn scan_start(&self) -> ScanStart {
-        let (point, _) = self.change(0.0);
-        let (value, _) = self.start();
-        let mut bounds = [0.0; 6];
-        let of =
-            |i: usize| self.motion.modes[i].oscillator.derivative_bounds(&self.flight.modes[i]);
-        let known = self.shared.map(|shared| shared.bounds(|| (0..self.modes()).map(of).collect()));
-        for (i, part) in self.parts() {
-            let own = known.map_or_else(|| of(i), |known| known[i]);
-            for (bound, term) in bounds.iter_mut().zip(own) {
-                *bound += part.abs() * term;
-            }
-        }
-        let bound = |order: u8| bounds[usize::from(order) - 1] + self.stop_bound(order.into());
-        ScanStart {
-            start: Jet { value, rate: point.rate, second: point.second },
-            bounds: GapBounds {
-                slope_noise: 0.0,
-                rate: bound(1),
-                fourth: bound(4) * BOUND_MARGIN,
-                fifth: bound(5),
-                sixth: bound(6),
-            },
-        }
+        let Begin { value, point, bounds, .. } = self.begin;
+        ScanStart { start: Jet { value, rate: point.rate, second: point.second }, bounds }
     }
 
+    #[inline(always)]
     fn bounds_hold(&self) -> f64 {
-        if self.motion.steady { SCAN_SPANS * self.motion.span } else { self.motion.span }
+        let spans = if self.motion.steady { SCAN_SPANS } else { 1.0 };
+        (spans * self.motion.span).min(self.until)
     }
 
+    #[inline(always)]
     fn reach(&self) -> f64 {
-        self.motion.reach
+        self.motion.reach.min(self.until)
     }
 
     #[inline(always)]
     fn extent(&self) -> f64 {
-        self.start().1
+        self.begin.size
     }
 
+    #[inline(always)]
     fn steps_hold(&self, _: f64) -> bool {
         true
     }
@@ -178,6 +138,10 @@ impl SteppedGap for StopGap<'_> {
     /// By the amplitudes of all modes about their equilibria, and of the stop.
     #[inline(always)]
     fn never_meets(&self, slack: f64) -> bool {
+        if self.until.is_finite() {
+            // Another stop is met: this would be more work than to look up to there.
+            return false;
+        }
         let (mut nearest, mut size) = (self.stop.amplitude.abs(), 0.0);
         for (i, part) in self.parts() {
             let oscillator = &self.motion.modes[i].oscillator;
@@ -189,97 +153,78 @@ impl SteppedGap for StopGap<'_> {
         nearest * BOUND_MARGIN + (BOUND_MARGIN - 1.0) * size < self.stop.gap - slack
     }
 
+    #[inline(always)]
     fn higher_at_start(&self) -> (f64, f64) {
-        let (point, (_, higher)) = self.change(0.0);
-        (point.third, higher.fourth)
+        (self.begin.point.third, self.begin.higher.fourth)
     }
 
+    #[inline(always)]
     fn remainder_factor(&self) -> f64 {
         self.motion.remainder_factor
     }
 
+    #[inline(always)]
     fn place(&self) -> f64 {
         0.0
     }
 
+    #[inline(always)]
     fn step(&self, level: usize) -> f64 {
         self.motion.step(level)
     }
 
+    #[inline(always)]
     fn weights(&self, level: usize) -> &Weights {
         &self.motion.table(level).weights
     }
 
     #[inline(always)]
     fn eight_steps(&self, level: usize, from: &f64) -> ((f64, f64), Jets) {
-        let table = self.motion.table(level);
-        let turned = self.turned(*from);
         let mut jets = Jets::default();
-        for j in 0..LANES {
-            // The stop's own motion goes on from the start of the flight.
-            let Turn { cos_minus_1, sin, .. } = table.turns[j];
-            let c1 = turned.0 + cos_minus_1 + (turned.0 * cos_minus_1 - turned.1 * sin);
-            let s1 = turned.1 + sin + (turned.1 * cos_minus_1 + turned.0 * sin);
-            let own = self.stop_motion((c1, s1));
-            jets.value[j] = self.own_place() - own[0];
-            (jets.rate[j], jets.second[j]) = (-own[1], -own[2]);
-        }
-        let stride = |i: usize| self.mode_steps(table, i, *from, turned);
-        let add = |jets: &mut Jets, part: f64, [xs, vs, accelerations]: &[Lanes; 3]| {
-            for j in 0..LANES {
-                jets.value[j] += part * xs[j];
-                jets.rate[j] += part * vs[j];
-                jets.second[j] += part * accelerations[j];
-            }
-        };
-        if let Some(shared) = self.shared {
-            let known = shared.stride(level, *from, || (0..self.modes()).map(stride).collect());
-            for (i, part) in self.parts() {
-                add(&mut jets, part, &known.modes[i]);
+        let StopMotion { gap, amplitude, row, .. } = self.stop;
+        if *amplitude == 0.0 {
+            for value in &mut jets.value {
+                *value = -gap;
             }
         } else {
-            for (i, part) in self.parts() {
-                add(&mut jets, part, &stride(i));
+            self.add_own_steps(level, *from, &mut jets);
+        }
+        let stride = self.shared.stride(self.motion, self.flight, level, *from);
+        for ([xs, vs, accelerations], &part) in stride.modes.iter().zip(row) {
+            if part != 0.0 {
+                for j in 0..LANES {
+                    jets.value[j] += part * xs[j];
+                    jets.rate[j] += part * vs[j];
+                    jets.second[j] += part * accelerations[j];
+                }
             }
         }
         ((*from, self.motion.step(level)), jets)
     }
 
+    #[inline(always)]
     fn place_after((from, step): &(f64, f64), j: usize) -> f64 {
         from + step * (j + 1) as f64
     }
 }
 
 impl StopGap<'_> {
-    fn modes(&self) -> usize {
-        self.motion.modes.len()
-    }
-
-    /// Displacements, rates and accelerations of a mode at eight steps from a local time on.
-    #[inline(always)]
-    fn mode_steps(&self, table: &Table, i: usize, from: f64, turned: (f64, f64)) -> [Lanes; 3] {
-        let mode = &self.motion.modes[i].oscillator;
-        let body = &self.flight.modes[i];
-        let (x, v, phase) = if from == 0.0 {
-            (body.x, body.v, self.flight.phases[i])
-        } else {
-            let motion = self.motion.mode_at(self.flight, i, from, turned);
-            let phase = Turn::new(self.flight.phases[i], turned.0, turned.1).phase;
-            (motion.displacement(), motion.rate, phase)
-        };
-        let (xs, vs) = table.responses[i].motion(x, v, phase, Loads::of(mode));
-        let accelerations = std::array::from_fn(|j| {
-            let Trig { cos, sin } = table.turns[j].phase;
-            let cos_psi = phase.cos * cos - phase.sin * sin;
-            mode.equation.acceleration(xs[j], vs[j], cos_psi)
-        });
-        [xs, vs, accelerations]
-    }
-
-    /// What the stop and its gap take from the gap at the start of the flight.
-    #[inline(always)]
-    fn own_place(&self) -> f64 {
-        let StopMotion { gap, amplitude, .. } = self.stop;
-        -gap - amplitude * self.flight.stops[self.index].cos
+    /// The steps of a stop that moves.
+    fn add_own_steps(&self, level: usize, from: f64, jets: &mut Jets) {
+        let start = self.flight.stops[self.index];
+        let place = -self.stop.gap - self.stop.amplitude * start.cos;
+        let so_far = self.motion.drive.turned(Trig::ONE, from);
+        let (c1, s1) = (so_far.cos_minus_1, so_far.sin);
+        for j in 0..LANES {
+            // Its motion goes on from the start of the flight.
+            let Turn { cos_minus_1, sin, .. } = self.motion.table(level).turns[j];
+            let turned = (
+                c1 + cos_minus_1 + (c1 * cos_minus_1 - s1 * sin),
+                s1 + sin + (s1 * cos_minus_1 + c1 * sin),
+            );
+            let own = self.stop.motion(start, turned);
+            jets.value[j] = place - own[0];
+            (jets.rate[j], jets.second[j]) = (-own[1], -own[2]);
+        }
     }
 }
