@@ -12,12 +12,14 @@
 
 mod bounds;
 mod equation;
+mod few;
 mod free;
 mod swinging;
 
 pub(crate) use bounds::Bounds;
 use equation::Series;
 pub(crate) use equation::{Equation, Equations, SeriesLanes};
+pub(crate) use few::FewEquations;
 use free::Decay;
 pub(crate) use free::FreeBody;
 

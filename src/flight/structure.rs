@@ -62,6 +62,8 @@ enum Motions {
 struct StopMotion {
     /// The entries of its normal that are not 0, with their places.
     normal: SmallVec<[(usize, f64); 2]>,
+    /// Sum of their sizes.
+    normal_size: f64,
     /// n . phi of the modes.
     row: Vec<f64>,
     gap: f64,
@@ -233,16 +235,16 @@ impl StructureMotion {
         }
     }
 
-    /// A bound of the size of a stop's gap from below, and the sum of the sizes of its terms: cheap,
-    /// and off by rounding.
-    pub(crate) fn at_least_apart(&self, stop: usize, q: &[f64]) -> (f64, f64) {
-        let StopMotion { normal, gap, amplitude, .. } = &self.stops[stop];
+    /// A bound of the size of a stop's gap from below, cheap and off by rounding; and the sum of the
+    /// sizes of its terms, and of its change over a span at this speed.
+    pub(crate) fn at_least_apart(&self, stop: usize, q: &[f64], speed: f64) -> (f64, f64) {
+        let StopMotion { normal, normal_size, gap, amplitude, .. } = &self.stops[stop];
         let (mut value, mut size) = (-gap, gap.abs() + amplitude.abs());
         for &(place, n) in normal {
             value += n * q[place];
             size += (n * q[place]).abs();
         }
-        (value.abs() - amplitude.abs(), size)
+        (value.abs() - amplitude.abs(), size + normal_size * speed * self.span())
     }
 
     /// The gap of a stop at the start of a flight, with its derivatives.
@@ -289,6 +291,7 @@ fn stop_motions(structure: &Structure) -> Vec<StopMotion> {
     let omega = structure.drive_frequency();
     let of = |(index, stop): (usize, &crate::model::Stop)| StopMotion {
         normal: stop.normal().iter().copied().enumerate().filter(|&(_, n)| n != 0.0).collect(),
+        normal_size: stop.normal().iter().map(|n| n.abs()).sum(),
         row: structure.contact(index).modal_normal.iter().map(|n| n.value()).collect(),
         gap: stop.gap(),
         amplitude: stop.amplitude(),

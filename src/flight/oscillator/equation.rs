@@ -17,7 +17,7 @@ use crate::numerics::lanes::{LANES, Lanes, lanes_of};
 const MOST_TERMS: usize = SHORT_ORDERS[SHORT_ORDERS.len() - 1].1;
 
 /// 1/n.
-const INVERSE: [f64; MOST_TERMS + 2] = {
+pub(super) const INVERSE: [f64; MOST_TERMS + 2] = {
     let mut inverse = [0.0; MOST_TERMS + 2];
     let mut n = 1;
     while n < inverse.len() {

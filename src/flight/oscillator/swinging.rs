@@ -27,10 +27,10 @@ impl Oscillator {
         self.equation.motion_from(increment, rate, [f.x, increment], turn)
     }
 
-    /// The same from the change of the amplitude, e^{-c s} - 1, too; also a short time after the
-    /// start.
+    /// Motion at a local time `s` that is not short; of a body that swings from the change of its
+    /// amplitude, e^{-c s} - 1, and (cos wd s - 1, sin wd s).
     #[inline(always)]
-    pub fn swung_by(
+    pub fn turned_by(
         &self,
         f: &BodyFlight,
         s: f64,
@@ -38,8 +38,11 @@ impl Oscillator {
         turned: (f64, f64),
         turn: &Turn,
     ) -> Motion {
-        if s <= self.equation.short {
-            return self.short_motion(f, s, turn);
+        if !self.swings_or_beats() {
+            return self.at(f, s, turn);
+        }
+        if !self.is_steady() {
+            return self.at_basis(f, s, self.equation.swinging_basis(change, turned), turn);
         }
         if self.equation.decayed(s) {
             let (x, v) = self.equation.faded(f, s, turned, turn);

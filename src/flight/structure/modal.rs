@@ -14,11 +14,11 @@ use std::sync::OnceLock;
 use smallvec::SmallVec;
 
 use self::begins::StopGroup;
-use self::fours::{FOUR, Four, Turned};
+use self::fours::{FOUR, Four};
 use self::search::ContactSearch;
 use super::{StopContact, StopMotion};
 use crate::flight::drive::{Drive, Trig, Turn};
-use crate::flight::oscillator::{BodyFlight, FreeBody, Motion, Oscillator};
+use crate::flight::oscillator::{BodyFlight, FreeBody, Oscillator};
 use crate::flight::table::Response;
 use crate::flight::tolerances::CHUNK_TURNS;
 use crate::model::state::Clock;
@@ -42,8 +42,6 @@ pub(super) struct ModalMotion {
     pub span: f64,
     /// Longest local time at which a contact is met.
     pub reach: f64,
-    /// Whether all modes swing, and answer the drive with their steady response.
-    plain: bool,
     /// Whether the bounds of derivatives hold for all times.
     pub steady: bool,
     pub remainder_factor: f64,
@@ -66,7 +64,7 @@ pub(super) struct Table {
 }
 
 /// A flight between contacts.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct ModalFlight {
     /// By mode; their phases at the start; and the phases of the stops.
     pub modes: SmallVec<[BodyFlight; FEW]>,
@@ -120,7 +118,6 @@ impl ModalMotion {
             modes,
             groups: StopGroup::all(&stops),
             stops,
-            plain,
             span,
             reach: if plain { SCAN_SPANS * span } else { span },
             remainder_factor: sextic_remainder(longest / LANES as f64),
@@ -148,7 +145,7 @@ impl ModalMotion {
     #[inline(always)]
     fn near(&self, flight: &ModalFlight, elapsed: DoubleDouble) -> SmallVec<[(f64, f64); FEW]> {
         let (motions, _) = self.modes_at(flight, elapsed.hi);
-        let mut places = SmallVec::new();
+        let mut places = SmallVec::with_capacity(self.modes.len());
         for (motion, mode) in motions.iter().zip(&self.modes) {
             places.push(mode.oscillator.equation.later(motion, elapsed.lo));
         }
@@ -160,41 +157,13 @@ impl ModalMotion {
     fn far(&self, flight: &ModalFlight, elapsed: DoubleDouble) -> SmallVec<[(f64, f64); FEW]> {
         let angle = elapsed.scale(self.drive.omega).reduced_angle();
         let (cos_minus_1, sin) = elementary::turn(angle, 0.0);
-        let mut places = SmallVec::new();
+        let mut places = SmallVec::with_capacity(self.modes.len());
         for i in 0..self.modes.len() {
             let body = &flight.modes[i];
             let turn = Turn::new(flight.phases[i], cos_minus_1, sin);
             places.push(self.modes[i].oscillator.after(body, body.x, elapsed, &turn));
         }
         places
-    }
-
-    /// The motions of all modes at a local time within the span, or within the reach of modes that
-    /// all swing; and (cos - 1, sin) of what the drive has turned.
-    #[inline(always)]
-    fn modes_at(&self, flight: &ModalFlight, s: f64) -> (SmallVec<[Motion; FEW]>, (f64, f64)) {
-        let (count, mut motions) = (self.modes.len(), SmallVec::new());
-        if !self.plain {
-            let Turn { cos_minus_1, sin, .. } = self.drive.turned(Trig::ONE, s);
-            for i in 0..count {
-                let turn = Turn::new(flight.phases[i], cos_minus_1, sin);
-                motions.push(self.modes[i].oscillator.at(&flight.modes[i], s, &turn));
-            }
-            return (motions, (cos_minus_1, sin));
-        }
-        let mut turned = SmallVec::<[Turned; 1]>::new();
-        for four in &self.fours {
-            turned.push(four.turned(s));
-        }
-        let (cos_minus_1, sin) = turned[count / FOUR].turned[count % FOUR];
-        for i in 0..count {
-            let turn = Turn::new(flight.phases[i], cos_minus_1, sin);
-            let Turned { turned, change } = &turned[i / FOUR];
-            let (turned, change) = (turned[i % FOUR], change[i % FOUR]);
-            let oscillator = &self.modes[i].oscillator;
-            motions.push(oscillator.swung_by(&flight.modes[i], s, change, turned, &turn));
-        }
-        (motions, (cos_minus_1, sin))
     }
 
     /// First contact of a flight within one span, among all stops.
@@ -239,7 +208,11 @@ impl pulp::NullaryFnOnce for StartOfFlight<'_> {
     fn call(self) -> ModalFlight {
         let Self { motion, clock, q, v } = self;
         let start = motion.drive.trig_at(clock);
-        let mut flight = ModalFlight::default();
+        let mut flight = ModalFlight {
+            modes: SmallVec::with_capacity(motion.modes.len()),
+            phases: SmallVec::with_capacity(motion.modes.len()),
+            stops: SmallVec::with_capacity(motion.stops.len()),
+        };
         for (four, modes) in motion.fours.iter().zip(motion.modes.chunks(FOUR)) {
             let (x, v) = (four.coordinates(q), four.coordinates(v));
             for (j, mode) in modes.iter().enumerate() {

@@ -41,8 +41,8 @@ impl Motion {
         let speed = self.speed(state);
         let mut all = SmallVec::new();
         for (index, stop) in self.structure().stops().iter().enumerate() {
-            let (apart, size) = self.free.at_least_apart(index, &state.q);
-            let level = SAME_INSTANT * EPS * (size + stop.rate_size(speed, 0.0) * self.free.span());
+            let (apart, size) = self.free.at_least_apart(index, &state.q, speed);
+            let level = SAME_INSTANT * EPS * size;
             // Most are far away. Of hundreds of terms the sum is off by twice the level.
             if apart > 4.0 * level {
                 continue;

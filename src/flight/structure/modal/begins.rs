@@ -90,7 +90,7 @@ impl ModalMotion {
     /// What the modes begin with.
     #[inline(always)]
     pub(super) fn mode_begins(&self, flight: &ModalFlight) -> SmallVec<[ModeBegin; FEW]> {
-        let mut begins = SmallVec::new();
+        let mut begins = SmallVec::with_capacity(self.modes.len());
         for i in 0..self.modes.len() {
             let (oscillator, body) = (&self.modes[i].oscillator, &flight.modes[i]);
             let turn = Turn::new(flight.phases[i], 0.0, 0.0);

@@ -40,7 +40,11 @@ impl Shared {
                 let mut strides = self.0.borrow_mut();
                 // Filled where it stays: it is large.
                 let place = strides.len();
-                strides.push(Stride { level, from, modes: SmallVec::new() });
+                strides.push(Stride {
+                    level,
+                    from,
+                    modes: SmallVec::with_capacity(motion.modes.len()),
+                });
                 motion.fill(flight, &mut strides[place]);
                 place
             }
