@@ -174,6 +174,7 @@ bench: $(INSTALLED)
 	$(BIN)/python benches/labels.py
 	cargo run --release --locked --example robust_labels -- --every 10 --systems 400
 	$(BIN)/python benches/work_precision
+	$(BIN)/python benches/structures
 	@echo 'results are in benches/out and benches/work_precision/out'
 
 # Need no more than Rust, a C compiler, valgrind and any Python.

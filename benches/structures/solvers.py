@@ -89,10 +89,12 @@ def measure_scene(scene: Scene, rounds: int, *, longest: float = LONGEST) -> lis
             if elapsed > longest:
                 break
     seconds: list[list[float]] = [[] for _ in trials]
+    impacts = [0 for _ in trials]
     for index in range(rounds):
-        for (*_, solve, _, elapsed), times in zip(trials, seconds, strict=True):
+        for place, (*_, solve, _, elapsed) in enumerate(trials):
             if index == 0 or elapsed <= longest:
-                times.append(_time(solve, long))
+                time, impacts[place] = _time(solve, long)
+                seconds[place].append(time)
     return [
         Row(
             scene=scene.title,
@@ -100,7 +102,7 @@ def measure_scene(scene: Scene, rounds: int, *, longest: float = LONGEST) -> lis
             tolerance=tolerance,
             seconds=statistics.median(times),
             periods=long,
-            impacts=solve(long).impacts,
+            impacts=count,
             first_impacts=first.impacts,
             first_expected=scene.impacts,
             error=scene.error(first.state.tolist()) if not first.ended else math.inf,
@@ -110,7 +112,9 @@ def measure_scene(scene: Scene, rounds: int, *, longest: float = LONGEST) -> lis
             ended=first.ended,
             rounds=len(times),
         )
-        for (name, tolerance, solve, first, _), times in zip(trials, seconds, strict=True)
+        for (name, tolerance, _, first, _), times, count in zip(
+            trials, seconds, impacts, strict=True
+        )
     ]
 
 
@@ -175,11 +179,11 @@ def measure_sweeps(scene: Scene, rounds: int, threads: Sequence[int]) -> list[Sw
     ]
 
 
-def _time(solve: Solve, periods: int) -> float:
-    """Mean time of a call."""
+def _time(solve: Solve, periods: int) -> tuple[float, int]:
+    """Mean time of a call, and its impacts."""
     calls, start, elapsed = 0, perf_counter(), 0.0
     while elapsed < SHORTEST:
-        solve(periods)
+        outcome = solve(periods)
         calls += 1
         elapsed = perf_counter() - start
-    return elapsed / calls
+    return elapsed / calls, outcome.impacts

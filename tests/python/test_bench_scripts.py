@@ -4,6 +4,7 @@ Nothing here asserts a time.
 """
 
 import ctypes
+import importlib.util
 import json
 import math
 import subprocess
@@ -373,3 +374,53 @@ def test_what_is_switched_off_leaves_the_base_scene_its_impacts(bench):
         assert saving.on.setup["periods"] == saving.off.setup["periods"]
         assert saving.on.setup != saving.off.setup
     assert cases["contact within reach"].off.impacts == 0
+
+
+@pytest.fixture
+def structures(bench, monkeypatch):
+    """Import a module of the benchmarks of structures."""
+    monkeypatch.syspath_prepend(str(BENCHES / "structures"))
+    return bench
+
+
+@pytest.mark.parametrize("name", ["two", "twenty"])
+def test_the_core_follows_the_exact_motions_of_the_structures(structures, name):
+    (scene,) = (s for s in structures("structure_scenes").read_scenes() if s.name == name)
+    outcome = structures("solvers").core(scene)(scene.periods)
+    assert outcome.impacts == scene.impacts > 40
+    assert scene.error(outcome.state.tolist()) < 1e-13
+
+
+def test_peers_follow_a_structure_with_stops(structures):
+    scene = structures("structure_scenes").read_scenes()[0]
+    for peer in structures("solvers").PEERS:
+        if not peer.missing():
+            outcome = peer.prepare(scene, peer.TOLERANCES[1])(scene.periods)
+            assert (outcome.impacts, outcome.ended) == (scene.impacts, ""), peer.NAME
+            assert scene.error(outcome.state.tolist()) < 1e-8, peer.NAME
+
+
+def test_the_scenes_of_structures_are_those_of_their_script(structures):
+    references = structures("references")
+    kept = json.loads(references.SCENES.read_text(encoding="utf-8"))
+    for name, scene in (("two", references.two_stops()), ("twenty", references.many_stops())):
+        assert scene.items() <= kept[name].items()
+
+
+def test_the_report_of_structures_has_every_run_and_who_is_missing(structures, monkeypatch):
+    solvers = structures("solvers")
+    for peer in solvers.PEERS[:2]:
+        monkeypatch.setattr(peer, "missing", lambda: "not installed")
+    monkeypatch.setattr(solvers, "SHORTEST", 0.0)
+    monkeypatch.setattr(solvers, "TIMES_LONGER", 1)
+    scene = structures("structure_scenes").read_scenes()[0]
+    rows = solvers.measure_scene(scene, 1, longest=0.0)
+    assert [row.solver for row in rows] == ["vibroimpact", "SciPy DOP853"]
+    swept = [solvers.Swept("System", 1, (200.0,), (300.0,))]
+    spec = importlib.util.spec_from_file_location("main", BENCHES / "structures" / "__main__.py")
+    main = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(main)
+    text = main.report(rows, swept)
+    assert text.count("heyoka.py: not installed") == text.count("Numba: not installed") == 1
+    assert text.count("41 of 41") == 2
+    assert "| System | 1 | 200 | 300 |" in text

@@ -126,22 +126,35 @@ impl ModalMotion {
                 }
             }
         }
-        for (mode, parts) in modes.iter().zip(&stops.parts) {
+        // Sum by sum, each of which compilers keep in whole registers.
+        let terms = || modes.iter().zip(&stops.parts);
+        let (mut value, mut size) = (begins.value, begins.size);
+        for (mode, parts) in terms() {
             for j in 0..LANES {
-                let term = parts[j] * mode.x;
-                begins.value[j] += term;
-                begins.size[j] += term.abs();
+                value[j] += parts[j] * mode.x;
+                size[j] += (parts[j] * mode.x).abs();
             }
-            for k in 0..mode.derivatives.len() {
+        }
+        (begins.value, begins.size) = (value, size);
+        for k in 0..begins.derivatives.len() {
+            let mut sum = begins.derivatives[k];
+            for (mode, parts) in terms() {
+                let by = mode.derivatives[k];
                 for j in 0..LANES {
-                    begins.derivatives[k][j] += parts[j] * mode.derivatives[k];
+                    sum[j] += parts[j] * by;
                 }
             }
-            for k in 0..BOUNDED.len() {
+            begins.derivatives[k] = sum;
+        }
+        for k in 0..BOUNDED.len() {
+            let mut sum = begins.bounds[k];
+            for (mode, parts) in terms() {
+                let by = mode.bounds[k];
                 for j in 0..LANES {
-                    begins.bounds[k][j] += parts[j].abs() * mode.bounds[k];
+                    sum[j] += parts[j].abs() * by;
                 }
             }
+            begins.bounds[k] = sum;
         }
         begins
     }

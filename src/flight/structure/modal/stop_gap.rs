@@ -190,15 +190,20 @@ impl SteppedGap for StopGap<'_> {
             self.add_own_steps(level, *from, &mut jets);
         }
         let stride = self.shared.stride(self.motion, self.flight, level, *from);
+        // Sum by sum, each of which compilers keep in whole registers.
+        let Jets { mut value, mut rate, mut second } = jets;
         for ([xs, vs, accelerations], &part) in stride.modes.iter().zip(row) {
-            if part != 0.0 {
-                for j in 0..LANES {
-                    jets.value[j] += part * xs[j];
-                    jets.rate[j] += part * vs[j];
-                    jets.second[j] += part * accelerations[j];
-                }
+            for j in 0..LANES {
+                value[j] += part * xs[j];
+            }
+            for j in 0..LANES {
+                rate[j] += part * vs[j];
+            }
+            for j in 0..LANES {
+                second[j] += part * accelerations[j];
             }
         }
+        let jets = Jets { value, rate, second };
         ((*from, self.motion.step(level)), jets)
     }
 
