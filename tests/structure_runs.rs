@@ -323,7 +323,7 @@ fn a_body_comes_to_rest_in_a_corner() {
         let start = StructureState::new(&[-1.5, -1.5], &[1.0, 1.0]);
         let options = RunOptions { max_events: 2_000, ..RunOptions::until(Horizon::Time(6.0)) };
         let run = run(&structure, start, options, &CancelToken::never()).unwrap();
-        assert_eq!((run.stop_reason, run.impacts.len()), (StopReason::Completed, 2), "{angle}");
+        assert_eq!((run.stop_reason, run.impacts.len()), (StopReason::Rest, 2), "{angle}");
         assert_eq!(run.contacts.last().unwrap().closed.as_slice(), [0, 1], "{angle}");
         let end = &run.final_state.state;
         assert!(end.q.iter().chain(&end.v).all(|x| x.abs() < 1e-13), "{angle}: {end:?}");

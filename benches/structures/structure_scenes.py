@@ -1,4 +1,4 @@
-"""The scenes: structures from rest, with their exact motion (references.py makes them)."""
+"""The scenes: structures from rest, with their exact motion (exact_scenes.py makes them)."""
 
 import json
 import math

@@ -401,9 +401,9 @@ def test_peers_follow_a_structure_with_stops(structures):
 
 
 def test_the_scenes_of_structures_are_those_of_their_script(structures):
-    references = structures("references")
-    kept = json.loads(references.SCENES.read_text(encoding="utf-8"))
-    for name, scene in (("two", references.two_stops()), ("twenty", references.many_stops())):
+    exact = structures("exact_scenes")
+    kept = json.loads(exact.SCENES.read_text(encoding="utf-8"))
+    for name, scene in (("two", exact.two_stops()), ("twenty", exact.many_stops())):
         assert scene.items() <= kept[name].items()
 
 
@@ -411,7 +411,7 @@ def test_the_report_of_structures_has_every_run_and_who_is_missing(structures, m
     solvers = structures("solvers")
     for peer in solvers.PEERS[:2]:
         monkeypatch.setattr(peer, "missing", lambda: "not installed")
-    monkeypatch.setattr(solvers, "SHORTEST", 0.0)
+    monkeypatch.setattr(solvers, "SHORTEST", 1e-9)
     monkeypatch.setattr(solvers, "TIMES_LONGER", 1)
     scene = structures("structure_scenes").read_scenes()[0]
     rows = solvers.measure_scene(scene, 1, longest=0.0)

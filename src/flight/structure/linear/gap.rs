@@ -95,7 +95,7 @@ impl Condition {
 impl Condition {
     /// Whether it stays below 0 at this tau, without free coordinates, for every phase.
     pub fn stays_below(&self, tau: f64) -> bool {
-        let [constant, place, cos, sin] = self.row.loads.map(|load| load.value());
+        let [constant, place, cos, sin] = self.row.loads.map(DoubleDouble::value);
         constant + tau * place + cos.hypot(sin) < 0.0
     }
 }

@@ -15,7 +15,7 @@ use crate::search::gap::{GapBounds, GapPoint, Higher};
 use crate::search::tolerances::{BOUND_MARGIN, SCAN_SLACK};
 
 /// Derivatives of a gap that are bounded.
-const BOUNDED: [i32; 4] = [1, 4, 5, 6];
+const BOUNDED: [u8; 4] = [1, 4, 5, 6];
 
 /// Eight stops, or fewer and zeros.
 #[derive(Debug, Clone, Default)]
@@ -74,7 +74,7 @@ impl StopGroup {
                     group.size[j] = stop.gap.abs() + stop.amplitude.abs();
                     group.moves |= stop.amplitude != 0.0;
                     for (bound, order) in group.bounds.iter_mut().zip(BOUNDED) {
-                        bound[j] = stop.amplitude.abs() * stop.drive.omega.powi(order);
+                        bound[j] = stop.amplitude.abs() * stop.drive.omega.powi(order.into());
                     }
                     for (part, &of) in group.parts.iter_mut().zip(&stop.row) {
                         part[j] = of;
@@ -100,7 +100,7 @@ impl ModalMotion {
             begins.push(ModeBegin {
                 x: body.x,
                 derivatives: [motion.rate, motion.acceleration, motion.jerk, fourth, fifth],
-                bounds: BOUNDED.map(|order| bounds[order as usize - 1]),
+                bounds: BOUNDED.map(|order| bounds[usize::from(order) - 1]),
             });
         }
         begins

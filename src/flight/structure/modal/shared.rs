@@ -34,20 +34,16 @@ impl Shared {
     ) -> Ref<'_, Stride> {
         let known = |stride: &Stride| stride.level == level && stride.from == from;
         let place = self.0.borrow().iter().position(known);
-        let place = match place {
-            Some(place) => place,
-            None => {
-                let mut strides = self.0.borrow_mut();
-                // Filled where it stays: it is large.
-                let place = strides.len();
-                strides.push(Stride {
-                    level,
-                    from,
-                    modes: SmallVec::with_capacity(motion.modes.len()),
-                });
-                motion.fill(flight, &mut strides[place]);
-                place
-            }
+        let place = if let Some(place) = place {
+            place
+        } else {
+            let mut strides = self.0.borrow_mut();
+            // Filled where it stays: it is large.
+            let place = strides.len();
+            let modes = SmallVec::with_capacity(motion.modes.len());
+            strides.push(Stride { level, from, modes });
+            motion.fill(flight, &mut strides[place]);
+            place
         };
         Ref::map(self.0.borrow(), |strides| &strides[place])
     }

@@ -1,6 +1,6 @@
 """Makes scenes.json: the scenes with their exact motion, by the simulator in ball arithmetic.
 
-Run as ``python benches/structures/references.py`` (some minutes, needs python-flint). Numbers of
+Run as ``python benches/structures/exact_scenes.py`` (some minutes, needs python-flint). Numbers of
 the scene with many stops are random, of three digits: twenty masses in a row, each on a spring of
 its own and coupled to the next, each with a stop, under forces of any phase.
 """
