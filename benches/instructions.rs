@@ -18,6 +18,8 @@ mod impacts;
 mod paper;
 #[path = "support/setup.rs"]
 mod setup;
+#[path = "support/structures.rs"]
+mod structures;
 
 use std::hint::black_box;
 use std::sync::atomic::AtomicUsize;
@@ -26,12 +28,13 @@ use impacts::impacts;
 use paper::{CHAOTIC, paper, start};
 use serde::Serialize;
 use setup::{Sections, Setup, simulate};
+use structures::{at_rest, row_with_stops, two_stops};
 use vibroimpact::impact::resolve;
 use vibroimpact::{
     CancelToken, Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Measure, Observer,
-    ParameterError, Run, RunOptions, Simulation, Spectrum, State, SweepOptions, SweepStart, System,
-    SystemBuilder, Workers, largest_lyapunov_exponent, largest_lyapunov_exponents,
-    lyapunov_spectrum, run, sweep,
+    ParameterError, Run, RunOptions, Simulation, Spectrum, State, Structure, SweepOptions,
+    SweepStart, System, SystemBuilder, Workers, largest_lyapunov_exponent,
+    largest_lyapunov_exponents, lyapunov_spectrum, run, sweep,
 };
 use vibroimpact::{Found, Start, Touch, next_contact};
 
@@ -95,6 +98,7 @@ fn kernels() -> Vec<Kernel> {
     all.extend(kept());
     all.extend(diagrams());
     all.extend(in_lanes());
+    all.extend(of_structures());
     all
 }
 
@@ -338,6 +342,26 @@ fn in_lanes() -> Vec<Kernel> {
     let perturbed = Kernel { minus: Some("chaotic motions, Fig. 4, in lanes"), ..perturbed };
     let units = CHAOTIC.len() as u64 * FOLLOWED as u64;
     [motions, perturbed].map(|kernel| Kernel { units, repetitions: [1, 2], ..kernel }).into()
+}
+
+/// Drive periods of structures with stops, their set-up apart: all impacts of motions that do not
+/// repeat.
+fn of_structures() -> Vec<Kernel> {
+    let periods = |name: &str, structure: fn() -> Structure| {
+        let prepare = move || -> Work {
+            let (structure, never) = (structure(), CancelToken::never());
+            Box::new(move |n| {
+                let options = RunOptions::periods(n as i64).keep(1);
+                let start = at_rest(structure.coordinates());
+                black_box(run(black_box(&structure), start, options, &never).unwrap());
+            })
+        };
+        Kernel { repetitions: [20, 120], ..kernel(name, "drive period", prepare) }
+    };
+    vec![
+        periods("2 masses, 2 stops", || two_stops(0.8)),
+        periods("20 masses, 20 stops", || row_with_stops(20, 0.9)),
+    ]
 }
 
 /// Name, first and last drive frequency, and the system at one.
