@@ -168,11 +168,16 @@ def _column(run: StructureRun, name: str, argument: str) -> Array:
     names = impacts.dtype.names or ()
     single = tuple(each for each in names if impacts.dtype[each].ndim == 0)
     wide = tuple(each for each in names if each not in single)
-    chosen(argument, name, (*single, *_numbered(wide, run.system)))
+    parts = {
+        part: (column, i)
+        for column in wide
+        for i, part in enumerate(_numbered((column,), run.system))
+    }
+    chosen(argument, name, (*single, *parts))
     if name in single:
         return np.asarray(impacts[name])
-    column, _, number = name.rpartition("_")
-    return np.asarray(impacts[column][:, int(number)])
+    column, i = parts[name]
+    return np.asarray(impacts[column][:, i])
 
 
 def _symbol(name: str) -> str:
