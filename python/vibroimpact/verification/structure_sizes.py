@@ -120,7 +120,7 @@ class StructureSizes:
 
     def _whole(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Q and V of each state."""
-        halves = states.reshape(len(states), 2, -1)
+        halves = states.reshape(len(states), 2, self.structure.size)
         squares = np.einsum("kia,ab,kib->ki", halves, self.mass, halves)
         result: NDArray[np.float64] = np.sqrt(np.maximum(squares, 0.0))
         return result

@@ -17,7 +17,8 @@ def essential(
 
     Impacts tell that a closed stop goes on as before, or that one they hit has opened. Where it is
     `told_again`, a closed stop that is hit is told to be closed again, and one that is not told so
-    has opened. `holds` are the stops that are closed before.
+    has opened. `holds` are the stops that are closed before. Of several stops that close or open
+    at one instant, one after another, the first stands for all: a run has one row for them.
     """
     before = dict(holds or {})
     kept, first = list[int](), 0
@@ -32,13 +33,17 @@ def essential(
             kind, stop, _ = events[k]
             if kind == "release" or (told_again and kind == "impact"):
                 now.pop(stop, None)
+        last = ""
         for k in group:
             kind, stop, _ = events[k]
             if kind in HOLDS:
                 now[stop] = kind
             repeated = struck and kind in HOLDS and before.get(stop) == kind
             opened = kind == "release" and stop in struck and stop in before
-            if not (repeated or opened):
+            if repeated or opened:
+                continue
+            if kind not in ("closed", "release") or kind != last:
                 kept.append(k)
+            last = kind
         before, first = now, end
     return kept, before

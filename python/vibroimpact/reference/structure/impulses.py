@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from flint import arb, arb_mat, ctx
+from flint import arb, arb_mat, fmpq
 
 from ..contact import Undecided
 from ..impact import PlanarImpact
@@ -27,9 +27,12 @@ from .hold import Hold, settled
 from .model import Structure
 
 #: Impacts of one sequence.
-SEQUENCE_CAP = 1000
+SEQUENCE_CAP = 10_000
 #: Impacts of one sequence that are enclosed.
 _FEW = 30
+#: A velocity that an endless sequence has shrunk by this is 0; the same at every precision, so that
+#: all of them see the same impacts.
+_SHRUNK = fmpq(1, 2**100)
 
 
 @dataclass(frozen=True)
@@ -143,14 +146,14 @@ def _sequence(hold: Hold, rates: dict[int, arb], z: arb_mat) -> Struck:
     """Impacts one after the other.
 
     Enclosures would not survive an endless sequence: after some impacts velocities are rounded, and
-    one that is 0 to half the digits of the largest is 0.
+    one that is below 2^-100 of the largest before them is 0. So a sequence that shrinks to rest
+    ends there.
     """
     impacts: list[StopImpact] = []
+    least = max(abs(rate).upper() for rate in rates.values()) * arb(_SHRUNK)
     while True:
         rounded = len(impacts) > _FEW
         if rounded:
-            largest = max(abs(rate).upper() for rate in rates.values())
-            least = largest * arb(2) ** -(ctx.prec // 2)
             rates = {j: rate.mid() if abs(rate) > least else arb(0) for j, rate in rates.items()}
             z = z.mid()
         coming = [j for j in sorted(rates) if settled(rates[j]) > 0]
