@@ -10,6 +10,7 @@ mod return_map;
 pub mod shooting;
 mod structure_lyapunov;
 mod structure_orbit;
+pub mod structure_shooting;
 pub(crate) mod structure_sweep;
 pub(crate) mod sweep;
 pub(crate) mod tolerances;

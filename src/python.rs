@@ -20,6 +20,7 @@ mod period;
 mod run;
 mod simulate;
 mod structure;
+mod structure_itinerary;
 mod structure_motion;
 mod structure_parts;
 mod structure_run;
@@ -57,6 +58,8 @@ mod _core {
     use super::simulate::simulate;
     #[pymodule_export]
     use super::structure::{PyStop, PyStructure};
+    #[pymodule_export]
+    use super::structure_itinerary::{PyStopCondition, PyStopLeg, PyStructureItinerary};
     #[pymodule_export]
     use super::structure_motion::{
         PyStructureOrbit, PyStructureSpectrum, structure_motion, structure_spectrum,

@@ -56,6 +56,7 @@ if TYPE_CHECKING:
         UnstableManifold,
         bifurcation_curve,
         follow_motion,
+        nonsmooth_mode,
         periodic_motion,
         search_motions,
         stability_region,
@@ -99,8 +100,8 @@ else:
         "impact_maps": "ImpactAgreement ImpactRegimes impact_agreement impact_regimes",
         "orbits": """
             Bifurcation BifurcationCurve Branch ManifoldSide MotionSearch NotFound PeriodicMotion
-            StabilityRegion UnstableManifold bifurcation_curve follow_motion periodic_motion
-            search_motions stability_region switch_branch unstable_manifold
+            StabilityRegion UnstableManifold bifurcation_curve follow_motion nonsmooth_mode
+            periodic_motion search_motions stability_region switch_branch unstable_manifold
         """,
         "plot": "",
         "run_in_si": "RunInSI",
@@ -206,6 +207,7 @@ __all__ = [
     "load",
     "lyapunov_spectrum",
     "motion_map",
+    "nonsmooth_mode",
     "periodic_motion",
     "periodic_motions",
     "plot",

@@ -45,7 +45,10 @@ __all__ = [
     "Run",
     "Spectrum",
     "Stop",
+    "StopCondition",
+    "StopLeg",
     "Structure",
+    "StructureItinerary",
     "StructureOrbit",
     "StructureRun",
     "StructureSpectrum",
@@ -364,9 +367,125 @@ class Structure:
     def shapes(self) -> NDArray[np.float64]:
         """Mode shapes (N, N), that of mode i in column i."""
 
+    def sticks_at(self, stop: int) -> bool:
+        """Whether friction holds the contact point at a stop that has come to rest."""
+
     @property
     def drive_period(self) -> float:
         """2 pi / drive_frequency; infinite for drive_frequency = 0."""
+
+@final
+class StopLeg:
+    """One leg of a motion of a structure; ``str`` gives the text of files.
+
+    ``"impact 0:frictionless"`` (stop, regime), ``"impact 1:slip:+"`` (with the sign of the slip
+    before it), or ``"circuit"``, which is alone: a motion without impacts.
+    """
+
+    CIRCUIT: ClassVar[StopLeg]
+    @staticmethod
+    def impact(stop: int, regime: Regime, direction: int = 0) -> StopLeg:
+        """A flight to an impact on a stop; with friction the sign of the slip before it."""
+
+    @classmethod
+    def from_text(cls, text: str) -> StopLeg:
+        """The leg of this text, from a file."""
+
+    @property
+    def kind(self) -> LegKind: ...
+    @property
+    def stop(self) -> int | None:
+        """The stop; None of a circuit."""
+
+    @property
+    def regime(self) -> Regime | None: ...
+    @property
+    def direction(self) -> int: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+@final
+class StopCondition:
+    """One condition of a motion of a structure, a border of one of its legs at a stop."""
+
+    def __new__(cls, border: Border, leg: int, stop: int) -> Self: ...
+    @property
+    def border(self) -> Border: ...
+    @property
+    def kind(self) -> BorderKind: ...
+    @property
+    def leg(self) -> int: ...
+    @property
+    def stop(self) -> int: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+
+@final
+class StructureItinerary:
+    """The impacts of a periodic motion of a structure, and the kernels of shooting on them.
+
+    Nodes, shape (legs, 2 N + 1), are (q, v, t) just after the impact at which a leg starts: t is
+    the time in the drive period. A circuit starts with a drive period, and has no t.
+    """
+
+    def __new__(cls, legs: Sequence[StopLeg], periods: int, clocks: list[int]) -> Self: ...
+    @staticmethod
+    def follow(
+        system: Structure, initial: NDArray[np.float64], periods: int, max_events: int
+    ) -> tuple[tuple[StructureItinerary, NDArray[np.float64]] | None, str]:
+        """Return the legs of a simulation of one orbit from t = 0, or why there are none."""
+
+    @property
+    def legs(self) -> list[StopLeg]: ...
+    @property
+    def periods(self) -> int:
+        """Drive periods after which the motion repeats."""
+
+    @property
+    def clocks(self) -> list[int]:
+        """Completed drive periods at the start of each leg."""
+
+    def with_legs(
+        self, legs: Sequence[StopLeg], periods: int, clocks: list[int]
+    ) -> StructureItinerary:
+        """Return other legs of the same machine."""
+
+    def residual(
+        self, system: Structure, nodes: NDArray[np.float64], parameters: list[str] | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """2 N + 1 equations per leg, and their derivatives by nodes and by parameters.
+
+        NaN where a leg cannot be followed.
+        """
+
+    def tests(
+        self, system: Structure, nodes: NDArray[np.float64]
+    ) -> list[tuple[StopCondition, float, float]]:
+        """The conditions, positive inside: (condition, value, time in the leg)."""
+
+    def return_map(self, system: Structure, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the derivative of the return map from the start of a drive period, (2 N, 2 N)."""
+
+    def verdict(self, system: Structure, nodes: NDArray[np.float64], max_events: int) -> str:
+        """Return why a solution is no motion of its structure, ``""`` if it is one."""
+
+    def sections(self, system: Structure, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """States (periods, 2, N) at the starts of the drive periods."""
+
+    def trajectory(
+        self, system: Structure, nodes: NDArray[np.float64], times: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return states (k, 2, N) at any times; the orbit repeats."""
+
+    def before_events(self, system: Structure, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """States (legs, 2, N) just before the event of each leg; NaN where it has none."""
+
+    def state_in_leg(
+        self, system: Structure, nodes: NDArray[np.float64], leg: int, time: float
+    ) -> NDArray[np.float64]:
+        """State (2, N) at a time after the start of a leg, whether or not a stop is penetrated."""
 
 @final
 class StructureRun:
@@ -570,6 +689,9 @@ class Itinerary:
 
         NaN where a leg, or chatter in it, cannot be followed.
         """
+
+    def with_legs(self, legs: Sequence[Leg], periods: int, clocks: list[int]) -> Itinerary:
+        """Return other legs of the same machine."""
 
     def residual(
         self, system: System, nodes: NDArray[np.float64], parameters: list[str] | None = None

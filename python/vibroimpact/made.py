@@ -21,6 +21,8 @@ from .errors import ParameterError, StateError
 from .machine import Machine as AnyMachine
 from .physical import QUANTITIES
 from .scales import in_si, needed
+from .stop import is_of_stops, value_of_stops
+from .structure import Structure
 from .system import System
 
 Maker = Callable[..., System]
@@ -280,22 +282,74 @@ def rows_of(systems: Sequence[System]) -> NDArray[np.float64]:
     return np.array([_row(system) for system in systems]).reshape(-1, len(PARAMETERS))
 
 
-def value_of(system: System, name: str) -> float:
-    """Return the value of what is varied: a number of the function, or an own parameter."""
-    if isinstance(system, MadeSystem) and name in system._numbers:
+class MadeStructure(Structure):
+    """A structure that remembers the function and the numbers that made it, as a `MadeSystem`."""
+
+    _function: Callable[..., Structure]
+    _numbers: dict[str, float]
+    _sizes: dict[str, float]
+
+    @classmethod
+    def of(
+        cls,
+        function: Callable[..., Structure],
+        numbers: Mapping[str, float],
+        sizes: Mapping[str, float],
+    ) -> Self:
+        """Make the structure at some numbers; ``sizes`` are those of their ranges."""
+        found = called(function, numbers)
+        if not isinstance(found, Structure):
+            raise ParameterError(
+                f"at {in_words(numbers)}: the function gave {found!r}; allowed: a "
+                "vibroimpact.Structure"
+            )
+        made = object.__new__(cls)
+        for name, value in vars(found).items():
+            object.__setattr__(made, name, value)
+        object.__setattr__(made, "_function", function)
+        object.__setattr__(made, "_numbers", dict(numbers))
+        object.__setattr__(made, "_sizes", dict(sizes))
+        return made
+
+    def replace(self, **changes: Any) -> Structure:  # type: ignore[override]
+        """Return a structure with some of its own numbers changed, which no function has made."""
+        return Structure.from_dict(self.to_dict()).replace(**changes)
+
+    def at(self, numbers: Mapping[str, float]) -> Self:
+        """Return the structure that the function makes at other numbers."""
+        return self.of(self._function, self._numbers | dict(numbers), self._sizes)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy as the structure that it is."""
+        return Structure.from_dict, (self.to_dict(),)
+
+
+def value_of(system: System | Structure, name: str) -> float:
+    """Return the value of what is varied: a number of the function, or an own parameter.
+
+    Raises
+    ------
+    ParameterError
+        If it is a number of all stops of a structure, which differ in it.
+    """
+    if isinstance(system, MadeSystem | MadeStructure) and name in system._numbers:
         return system._numbers[name]
+    if isinstance(system, Structure) and is_of_stops(name):
+        return value_of_stops(system.stops, name)
     value: float = getattr(system, name)
     return value
 
 
-def varied(system: System, values: Mapping[str, float]) -> System:
+def varied(system: Any, values: Mapping[str, float]) -> Any:
     """Return the system at other values of what is varied, as in `value_of`."""
-    if isinstance(system, MadeSystem) and all(name in system._numbers for name in values):
+    if isinstance(system, MadeSystem | MadeStructure) and all(
+        name in system._numbers for name in values
+    ):
         return system.at(values)
     return system.replace(**values)
 
 
-def made_from(system: System, names: Sequence[str]) -> MadeSystem | None:
+def made_from(system: Any, names: Sequence[str]) -> MadeSystem | None:
     """Return the system if all names are numbers of the function that made it, else None."""
     if isinstance(system, MadeSystem) and all(name in system._numbers for name in names):
         return system
@@ -303,8 +357,11 @@ def made_from(system: System, names: Sequence[str]) -> MadeSystem | None:
 
 
 def started(
-    function: Maker, numbers: Mapping[str, float], sizes: Mapping[str, float], start: System
-) -> MadeSystem:
+    function: Callable[..., Any],
+    numbers: Mapping[str, float],
+    sizes: Mapping[str, float],
+    start: Any,
+) -> Any:
     """Make the system at which a continuation starts; it must be that of its motion.
 
     Raises
@@ -312,6 +369,10 @@ def started(
     ParameterError
         If they differ, with the first parameter that does.
     """
+    if isinstance(start, Structure):
+        structure = MadeStructure.of(function, numbers, sizes)
+        _must_be(in_words(numbers), structure, start)
+        return structure
     system = MadeSystem.of(function, numbers, sizes)
     for name in (*PARAMETERS, "contact", "law"):
         there, here = getattr(start, name), getattr(system, name)
@@ -322,6 +383,28 @@ def started(
                 f"{name} is {here!r}, not {there!r}"
             )
     return system
+
+
+def _must_be(at: str, made: Structure, start: Structure) -> None:
+    here, there = made.to_dict(), start.to_dict()
+    for name in sorted(here.keys() | there.keys()):
+        if not _alike(here.get(name), there.get(name)):
+            raise ParameterError(
+                f"at {at} the function makes another structure than the motion has: {name} is "
+                f"{here.get(name)!r}, not {there.get(name)!r}"
+            )
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Whether fields of structures agree to rounding."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_alike(one[key], other[key]) for key in one)
+    if isinstance(one, list) and isinstance(other, list):
+        pairs = zip(one, other, strict=False)
+        return len(one) == len(other) and all(_alike(a, b) for a, b in pairs)
+    if isinstance(one, float | complex | int) and isinstance(other, float | complex | int):
+        return bool(np.isclose(one, other, rtol=_SAME, atol=_SAME))
+    return bool(one == other)
 
 
 def need_system(system: Any, *, maker: bool = False) -> None:

@@ -180,6 +180,25 @@ def is_of_stops(name: str) -> bool:
     return name in OF_STOPS or _OF_ONE.fullmatch(name) is not None
 
 
+def value_of_stops(stops: Sequence[Stop], name: str) -> float:
+    """Return the number of one stop, or that of all.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such stop, or they differ in it.
+    """
+    if match := _OF_ONE.fullmatch(name):
+        if int(match[2]) >= len(stops):
+            reject("parameter", name, f"the number of one of {len(stops)} stops, from 0")
+        one: float = getattr(stops[int(match[2])], match[1])
+        return one
+    found: set[float] = {getattr(stop, name) for stop in stops}
+    if len(found) != 1:
+        reject("parameter", name, f"that of one stop, as {name}_0: the stops differ in it")
+    return found.pop()
+
+
 def with_changes(stops: Sequence[Stop], changes: Mapping[str, Any]) -> list[Stop]:
     """Return stops with numbers of all changed, and then numbers of one.
 

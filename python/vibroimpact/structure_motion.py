@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from ._core import StopLeg, StructureItinerary
+from .arguments import times_of
 from .fixed_arrays import FixedArrays
 from .interruption import interruptible
 from .showing import Facts, Shown, in_a_line
@@ -16,6 +19,8 @@ from .verbs import verb
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from .verb_types import Branch
 
 Array = NDArray[np.float64]
 
@@ -49,6 +54,13 @@ class StructureOrbit(FixedArrays, Shown):
         Rounding of their moduli.
     stability
         ``"stable"``, ``"unstable"``, or ``"undecided"`` where the largest modulus is 1 to rounding.
+    legs, nodes, clocks
+        Of a motion whose only events are impacts: what ends each flight, where it starts, and the
+        drive periods completed there. A node is (q, v, t) just after an impact, t the time in the
+        drive period; of a motion without impacts (q, v) at the start of a period. Their q and v are
+        those of the modes of a structure `from_modes`. Empty where stops stay closed for a while.
+    admissible, why_not
+        Whether it is a motion: a branch has its points on both sides of a border within rounding.
 
     Examples
     --------
@@ -70,11 +82,93 @@ class StructureOrbit(FixedArrays, Shown):
     multipliers: NDArray[np.complex128]
     error: float
     stability: str
+    legs: tuple[StopLeg, ...] = ()
+    nodes: Array = field(default_factory=lambda: np.empty((0, 0)))
+    clocks: tuple[int, ...] = ()
+    admissible: bool = True
+    why_not: str = ""
 
     @property
     def label(self) -> str:
         """The label m-n."""
         return f"{self.m}-{self.n}"
+
+    @property
+    def stable(self) -> bool:
+        """Whether it is a motion, and stable."""
+        return self.admissible and self.stability == "stable"
+
+    @property
+    def period(self) -> float:
+        """Time after which the motion repeats: m drive periods."""
+        return self.m * self.system.drive_period
+
+    @cached_property
+    def itinerary(self) -> StructureItinerary:
+        """The legs as the compiled core takes them.
+
+        Raises
+        ------
+        ParameterError
+            If there are none.
+        """
+        return StructureItinerary(list(self.legs), self.m, list(self.clocks))
+
+    @cached_property
+    def sections(self) -> Array:
+        """States (m, 2, N) at the starts of the m drive periods: rows q and v."""
+        if not self.legs:
+            return self.state[None]
+        states = self.itinerary.sections(self.system._compiled, self.nodes)
+        return self.system._from_core(states)
+
+    def trajectory(self, t: ArrayLike) -> Array:
+        """Return the states (k, 2, N) at times ``t``, which may lie anywhere; rows q and v.
+
+        They are those of the solution, whether or not it is admissible.
+
+        Parameters
+        ----------
+        t
+            Times, shape (k,), or one time; the orbit repeats after m drive periods.
+
+        Raises
+        ------
+        ParameterError
+            If stops stay closed for a while: then ``simulate`` from ``state``.
+
+        Examples
+        --------
+        >>> motion.trajectory([0.0, motion.period / 2]).shape
+        (2, 2, 1)
+        """
+        times, single = times_of("t", t)
+        rows = self.itinerary.trajectory(self.system._compiled, self.nodes, times)
+        states = self.system._from_core(rows)
+        return states[0] if single else states
+
+    def follow(self, **options: Any) -> Branch:
+        """Follow the motion over a parameter, stable or not: ``vi.follow_motion(motion, ...)``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.follow_motion``, with one number of the structure and its range:
+            ``motion.follow(drive_frequency=(1.9, 2.1))``, ``gap_0``, ``restitution`` ...
+
+        Raises
+        ------
+        ParameterError, Interrupted
+            As ``vi.follow_motion``.
+
+        Examples
+        --------
+        >>> branch = motion.follow(drive_frequency=(1.9, 2.05))
+        >>> branch.parameter, len(branch.bifurcations)
+        ('drive_frequency', 0)
+        """
+        branch: Branch = verb("follow_motion")(self, **options)
+        return branch
 
     def _facts(self) -> Facts:
         return {

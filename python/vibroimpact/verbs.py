@@ -50,7 +50,7 @@ VERBS: Final[dict[Verb, str]] = {
     "html": "plot.notebook:html",
     "in_si": "run_in_si:RunInSI",
     "motion_at": "single_impact.motions:motion_at",
-    "motion_of": "orbits.verdict:motion_of",
+    "motion_of": "orbits.machines:motion_of",
     "motions_at": "orbits.points:motions_at",
     "read_basins": "sweeps.basins.files:read_basins",
     "read_branch": "orbits.branch_files:read_branch",

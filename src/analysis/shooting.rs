@@ -42,6 +42,7 @@ mod hump;
 mod trajectory;
 mod verdict;
 
+pub(crate) use verdict::Digits;
 pub use verdict::{Rejection, Verdict};
 
 use crate::analysis::tolerances::NEGATIVE_LEG;

@@ -360,6 +360,14 @@ impl Structure {
         still
     }
 
+    /// The same structure at a later time: t = 0 is where the drive has gone on by this angle.
+    pub(crate) fn turned(&self, angle: f64) -> Self {
+        let mut turned = self.clone();
+        turned.phase += angle;
+        turned.stops = self.stops.iter().map(|stop| stop.turned(angle)).collect();
+        turned
+    }
+
     pub(crate) fn contact(&self, stop: usize) -> &StopContactRows {
         &self.contacts[stop]
     }

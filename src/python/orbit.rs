@@ -62,6 +62,11 @@ impl PyItinerary {
         Ok(Self(Itinerary::new(legs, periods, clocks, wall_at_rest)?))
     }
 
+    /// Other legs of the same machine.
+    fn with_legs(&self, legs: Vec<PyLeg>, periods: i64, clocks: Vec<i64>) -> PyResult<Self> {
+        Self::new(legs, periods, Some(clocks), self.0.wall_at_rest)
+    }
+
     /// The itinerary of a motion that repeats after `periods`, with its nodes; or why none exists.
     #[staticmethod]
     fn follow<'py>(

@@ -1,10 +1,14 @@
 //! `_core.Stop` and `_core.Structure`.
 
+use std::sync::OnceLock;
+
 use nalgebra::Complex;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use super::arrays::to_vec;
+use crate::analysis::structure_shooting::StructureShooting;
+use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::ImpactLaw;
 use crate::model::structure::{Simultaneous, Stop, Structure};
 
@@ -36,7 +40,14 @@ impl PyStop {
 
 /// A validated structure.
 #[pyclass(name = "Structure", module = "vibroimpact._core", frozen)]
-pub(super) struct PyStructure(pub(super) Structure);
+pub(super) struct PyStructure(pub(super) Structure, OnceLock<StructureShooting>);
+
+impl PyStructure {
+    /// As the kernels of shooting take it, worked out when it is needed.
+    pub(super) fn shooting(&self) -> &StructureShooting {
+        self.1.get_or_init(|| StructureShooting::new(&self.0))
+    }
+}
 
 #[pymethods]
 impl PyStructure {
@@ -74,7 +85,7 @@ impl PyStructure {
         }
         builder = stops.iter().fold(builder, |builder, stop| builder.stop(stop.0.clone()));
         // The modes of many coordinates take a while.
-        Ok(Self(py.detach(|| builder.build())?))
+        Ok(Self(py.detach(|| builder.build())?, OnceLock::new()))
     }
 
     /// Natural frequencies, ascending.
@@ -90,6 +101,14 @@ impl PyStructure {
         let shapes = self.0.shapes();
         let entries = (0..count).flat_map(|k| shapes.iter().map(move |shape| shape[k]));
         PyArray1::from_iter(py, entries).reshape([count, count])
+    }
+
+    /// Whether friction can hold the contact point at a stop that has come to rest.
+    fn sticks_at(&self, stop: usize) -> bool {
+        self.0.stops().get(stop).is_some_and(|at| {
+            let rows = self.0.contact(stop);
+            ContactCoordinates::new(0.0, 0.0, rows.mobilities, at.friction()).is_in_friction_cone()
+        })
     }
 
     /// 2 pi / drive_frequency; infinite for a drive that stands still.

@@ -39,6 +39,37 @@ pub(super) fn regime_path<T: Number>(
     (switch, follow(contact, law, kind, direction, switch))
 }
 
+/// What must be positive for a regime with friction, beside the side of the contact; `one_body`: the
+/// contact leaves nothing but its slip to move, so that two borders are equal by an identity.
+pub(super) fn regime_borders<T: Number>(
+    contact: &ContactCoordinates<T>,
+    restitution: T,
+    (kind, direction): (RegimeKind, f64),
+    (switch, end): (T, &PathEnd<T>),
+    one_body: bool,
+) -> Vec<BorderValue> {
+    let mut borders = Vec::new();
+    let mut border = |border, value: T| borders.push(BorderValue { border, value: value.value() });
+    border(Border::SlipBefore, contact.slip * direction);
+    if kind == RegimeKind::Slip {
+        border(Border::StopAtEndOfImpact, end.slip * direction);
+        return borders;
+    }
+    if !one_body {
+        let parting = contact.parting + contact.mobility * switch;
+        let past = if kind.switches_in_approach() { -parting } else { parting };
+        border(Border::StopAtEndOfApproach, past);
+    }
+    if !kind.switches_in_approach() {
+        let whole = (T::constant(1.0) + restitution) * end.impulse_approach;
+        border(Border::StopAtEndOfImpact, whole - switch);
+    }
+    let coupling = contact.coupling * 1f64.copysign(contact.coupling.value());
+    let grips = contact.grip() - coupling;
+    border(Border::FrictionCone, if kind.sticks() { grips } else { -grips });
+    borders
+}
+
 /// The impact from `pre` in this regime.
 pub(crate) fn impact_in_regime(
     model: &Model,
@@ -53,31 +84,20 @@ pub(crate) fn impact_in_regime(
     let contact =
         ContactCoordinates::at_tip((sin, cos), (pre.v1, pre.v2), p.mass_ratio, p.friction, side);
     let (switch, end) = regime_path(&contact, (p.restitution, law), kind, direction);
-    let mut borders = Vec::new();
-    let mut border = |border, value: Dual| borders.push(BorderValue { border, value: value.value });
-    if kind != RegimeKind::Frictionless && law.is_coulomb() {
-        border(Border::SideOfImpact, contact.scale * side);
-        border(Border::SlipBefore, contact.slip * direction);
-        if kind == RegimeKind::Slip {
-            border(Border::StopAtEndOfImpact, end.slip * direction);
-        } else {
-            if !model.wall_at_rest {
-                // Against a wall at rest both are equal by an identity.
-                let parting = contact.parting + contact.mobility * switch;
-                border(
-                    Border::StopAtEndOfApproach,
-                    if kind.switches_in_approach() { -parting } else { parting },
-                );
-            }
-            if !kind.switches_in_approach() {
-                let whole = (Dual::constant(1.0) + p.restitution) * end.impulse_approach;
-                border(Border::StopAtEndOfImpact, whole - switch);
-            }
-            let coupling = contact.coupling * 1f64.copysign(contact.coupling.value);
-            let grips = contact.grip() - coupling;
-            border(Border::FrictionCone, if kind.sticks() { grips } else { -grips });
-        }
-    }
+    let borders = if kind != RegimeKind::Frictionless && law.is_coulomb() {
+        let mut borders =
+            vec![BorderValue { border: Border::SideOfImpact, value: contact.scale.value * side }];
+        borders.extend(regime_borders(
+            &contact,
+            p.restitution,
+            (kind, direction),
+            (switch, &end),
+            model.wall_at_rest,
+        ));
+        borders
+    } else {
+        Vec::new()
+    };
     RegimeImpact {
         post: DualState { v1: end.slip, v2: end.parting, ..*pre },
         approach_velocity: end.approach_velocity,

@@ -24,6 +24,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
+pub(crate) use impact::{StopInRegime, direction_of};
 pub(crate) use perturbed::Perturbed;
 pub(crate) use rates::Linearised;
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
-from struck import REST, SETTLING, moving_run, small_diagram
+from struck import REST, SETTLING, moving_run, orbit, small_diagram
 
 _STOP = {
     "normal": "pair",
@@ -62,7 +62,32 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
     )
     simulated = {"system": four, "initial": np.full((2, 4), 0.25)}
     structure = {"mass": np.eye(2), "stiffness": np.diag([1.0, 2.0]), "stops": [vi.Stop(**stop)]}
+    elastic = vi.Structure(np.eye(2), [[2, -1], [-1, 1]], [vi.Stop([0, 1], 1.0, 1.0)])
+    steps = {"step": "step or none", "max_step": "step", "max_points": "whole number"}
     return {
+        "nonsmooth_mode": (
+            vi.nonsmooth_mode,
+            {"structure": elastic, "period": (9.5, 10.5), "max_points": 3},
+            {
+                "structure": "object",
+                "period": "range",
+                "mode": "whole number",
+                "stop": "whole number",
+                **steps,
+            },
+        ),
+        "StructureOrbit.trajectory": (orbit().trajectory, {"t": [0.0, 1.0]}, {"t": "times"}),
+        "StructureOrbit.follow": (
+            orbit().follow,
+            {"both": False, "max_points": 2, "drive_frequency": (1.9, 2.1)},
+            {
+                **steps,
+                "both": "python's true or false",
+                "direction": "a word of a list",
+                "virtual": "python's true or false",
+                "drive_frequency": "range",
+            },
+        ),
         "Stop": (vi.Stop, stop, _STOP),
         "Stop.replace": (vi.Stop(**stop).replace, dict(stop), _STOP),
         "Stop.from_dict": (

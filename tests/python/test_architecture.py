@@ -130,6 +130,7 @@ RESULTS = [
     "orbits.manifold",
     "orbits.motion",
     "orbits.region",
+    "orbits.structure_piece",
     "single_impact.results",
     "sweeps.results",
     "sweeps.sweep_results",

@@ -90,3 +90,14 @@ def test_a_file_of_a_motion_is_no_branch(tmp_path):
     vi.simulate(PAPER, initial=START, periods=600).refine().save(tmp_path / "motion.npz")
     with pytest.raises(ValueError, match="holds a motion, not a branch"):
         vi.Branch.load(tmp_path / "motion.npz")
+
+
+def test_a_branch_with_borders_comes_back(tmp_path):
+    system = PAPER.replace(gap=0.1, drive_frequency=1.1)
+    motion = vi.simulate(system, initial=START, periods=600, keep=100).refine()
+    branch = motion.follow(drive_frequency=(0.8, 1.6))
+    assert branch.of_kind("grazing")
+    branch.save(tmp_path / "branch.npz")
+    again = vi.load(tmp_path / "branch.npz")
+    assert [each.test for each in again.bifurcations] == [each.test for each in branch.bifurcations]
+    assert repr(again) == repr(branch)

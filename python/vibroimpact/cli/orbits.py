@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .._core import Leg, Regime
+from .._core import Leg, Regime, StopLeg
 from ..continuation.names import PathEnd
 from ..errors import ParameterError
 from ..orbits import Branch, NotFound, PeriodicMotion, follow_motion, search_motions
@@ -318,7 +318,7 @@ def _write_branch(options: argparse.Namespace, branch: Branch, drawn: dict[str, 
     write.end()
 
 
-def _legs(legs: Iterable[Leg]) -> str:
+def _legs(legs: Iterable[Leg | StopLeg]) -> str:
     """Name legs in their order: 18 x frictionless, impact:slip:+-."""
     texts = ("frictionless" if leg.regime == Regime.FRICTIONLESS else str(leg) for leg in legs)
     counted = ((len([*same]), text) for text, same in itertools.groupby(texts))

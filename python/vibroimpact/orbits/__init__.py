@@ -5,7 +5,7 @@ them for Newton's method from simulations (`shooting`), verdicts (`motion`), bra
 bifurcations and borders, borders in two parameters, manifolds of saddles.
 """
 
-from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind
+from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind, StopCondition, StopLeg
 from ..continuation.names import PathEnd
 from .borders import bifurcation_curve
 from .branch import Bifurcation, Branch, Piece
@@ -16,9 +16,11 @@ from .kinds import BifurcationKind
 from .manifold import ManifoldSide, UnstableManifold
 from .manifolds import unstable_manifold
 from .motion import PeriodicMotion
+from .nonsmooth import nonsmooth_mode
 from .region import StabilityRegion
 from .regions import stability_region
 from .shooting import periodic_motion, search_motions
+from .structure_piece import StructurePiece
 
 __all__ = [
     "Bifurcation",
@@ -39,9 +41,13 @@ __all__ = [
     "PeriodicMotion",
     "Piece",
     "StabilityRegion",
+    "StopCondition",
+    "StopLeg",
+    "StructurePiece",
     "UnstableManifold",
     "bifurcation_curve",
     "follow_motion",
+    "nonsmooth_mode",
     "periodic_motion",
     "search_motions",
     "stability_region",

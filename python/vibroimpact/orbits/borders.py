@@ -185,7 +185,7 @@ def curve_problem(
         without = spared(problem, nodes.ravel(), p, test.leg)
         if without is not None:
             itinerary, nodes, flight = without
-            shorter, cut = primitive(system, itinerary, nodes)
+            shorter, cut = primitive(system.drive_period, itinerary, nodes)
             if len(cut) < len(nodes):
                 flight = Condition(flight.border, flight.leg % len(cut))
                 itinerary, nodes = shorter, cut

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import Leg, LegKind
+from .._core import Leg, LegKind, StopLeg
 from ..arguments import close_to, number, reject
 from ..interruption import interruptible
 from ..made import varied
@@ -48,7 +48,7 @@ class Bifurcation(Shown):
     parameter, value
         Name and value of the parameter.
     motion
-        The motion there.
+        The motion there: a PeriodicMotion, of a structure a StructureOrbit.
     test, test_value
         The function that vanishes there, and its remaining value.
     goes_on
@@ -68,10 +68,10 @@ class Bifurcation(Shown):
     kind: BifurcationKind
     parameter: str
     value: float
-    motion: PeriodicMotion
+    motion: Any
     test: Test
     test_value: float
-    goes_on: tuple[Leg, ...] = ()
+    goes_on: tuple[Leg, ...] | tuple[StopLeg, ...] = ()
 
     def plot(self, **options: Any) -> list[Axes]:
         """Draw the motion there, by ``vi.plot.orbit``.
@@ -165,7 +165,8 @@ class Piece:
         return self._system_with(float(self.values[k]))
 
     def _system_with(self, value: float) -> System:
-        return varied(self.system, {self.parameter: value})
+        system: System = varied(self.system, {self.parameter: value})
+        return system
 
     @cached_property
     def impacts(self) -> Array:

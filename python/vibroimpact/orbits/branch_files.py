@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core, archive
-from .._core import Condition, Leg
+from .._core import Border, Condition, Leg, StopCondition, StopLeg
 from ..continuation.names import OwnTest, PathEnd
 from ..errors import ParameterError
-from ..made import MadeSystem
+from ..made import MadeStructure, MadeSystem
+from ..structure import Structure
+from ..structure_motion import StructureOrbit
 from ..system import System
 from .branch import Bifurcation, Branch, Piece
 from .kinds import BifurcationKind, BranchEnd, Test
-from .verdict import motion_of
+from .machines import motion_of
+from .motion import PeriodicMotion
+from .structure_piece import StructurePiece
 
 # The kinds of names that tests and ends have, by the name of their class: two of them share words.
 _TESTS: Mapping[str, Any] = {
     "Condition": Condition,
+    "StopCondition": StopCondition,
     "BifurcationKind": BifurcationKind,
     "OwnTest": OwnTest,
 }
@@ -39,7 +45,7 @@ def write_branch(path: str | os.PathLike[str], branch: Branch) -> None:
     ParameterError
         If its parameter is a number of a function that makes the system: no file holds a function.
     """
-    if any(isinstance(piece.system, MadeSystem) for piece in branch.pieces):
+    if any(isinstance(piece.system, MadeSystem | MadeStructure) for piece in branch.pieces):
         raise ParameterError(
             f"a branch over {branch.parameter}, a number of a function that makes the system, is "
             "not allowed; allowed: a branch over a parameter of the system: a file holds no "
@@ -58,12 +64,15 @@ def write_branch(path: str | os.PathLike[str], branch: Branch) -> None:
         }
     for number, found in enumerate(branch.bifurcations):
         arrays[f"found_{number}_nodes"] = found.motion.nodes
+    systems: list[Any] = [piece.system for piece in branch.pieces]
+    of_structures = any(isinstance(system, Structure) for system in systems)
     metadata = {
         "parameter": branch.parameter,
+        "machine": "structure" if of_structures else "system",
         "ends": [_named(end) for end in branch.ends],
         "why_not": list(branch.why_not),
         "pieces": [
-            {"system": piece.system.to_dict(), "legs": _legs(piece.itinerary)}
+            {"system": _fields(piece.system), "legs": _legs(piece.itinerary)}
             for piece in branch.pieces
         ],
         "bifurcations": [
@@ -71,7 +80,7 @@ def write_branch(path: str | os.PathLike[str], branch: Branch) -> None:
                 "kind": str(found.kind),
                 "test": _named(found.test),
                 "goes_on": [str(leg) for leg in found.goes_on],
-                "system": found.motion.system.to_dict(),
+                "system": _fields(found.motion.system),
                 "legs": _legs(found.motion),
             }
             for found in branch.bifurcations
@@ -94,11 +103,12 @@ def read_branch(path: str | os.PathLike[str]) -> Branch:
 def branch_from_parts(metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Branch:
     """Build a branch from the content of an archive."""
     parameter = metadata["parameter"]
+    machine = _MACHINES[metadata.get("machine", "system")]
     pieces = tuple(
-        Piece(
-            system=System.from_dict(part["system"]),
+        machine.piece(
+            system=machine.system(part["system"]),
             parameter=parameter,
-            itinerary=_itinerary(part["legs"]),
+            itinerary=machine.itinerary(part["legs"]),
             values=arrays[f"piece_{number}_values"],
             nodes=arrays[f"piece_{number}_nodes"],
             multipliers=arrays[f"piece_{number}_multipliers"],
@@ -110,16 +120,15 @@ def branch_from_parts(metadata: dict[str, Any], arrays: dict[str, NDArray[Any]])
             kind=BifurcationKind(part["kind"]),
             parameter=parameter,
             value=value,
-            motion=motion_of(
-                System.from_dict(part["system"]),
-                _itinerary(part["legs"]),
+            motion=machine.motion(
+                machine.system(part["system"]),
+                machine.itinerary(part["legs"]),
                 arrays[f"found_{number}_nodes"],
-                error=error,
-                whole=True,
+                error,
             ),
             test=_meant(_TESTS, part["test"]),
             test_value=test_value,
-            goes_on=tuple(Leg.from_text(leg) for leg in part["goes_on"]),
+            goes_on=tuple(machine.leg(leg) for leg in part["goes_on"]),
         )
         for number, (part, (value, test_value, error)) in enumerate(
             zip(metadata["bifurcations"], arrays["found_numbers"].tolist(), strict=True)
@@ -136,25 +145,71 @@ def branch_from_parts(metadata: dict[str, Any], arrays: dict[str, NDArray[Any]])
     )
 
 
-def _named(name: Test | BranchEnd) -> list[str]:
+def _named(name: Test | BranchEnd) -> list[Any]:
+    if isinstance(name, Condition):
+        return ["Condition", str(name.border), name.leg]
+    if isinstance(name, StopCondition):
+        return ["StopCondition", str(name.border), name.leg, name.stop]
     return [type(name).__name__, str(name)]
 
 
-def _meant(known: Mapping[str, Any], name: list[str]) -> Any:
+def _meant(known: Mapping[str, Any], name: list[Any]) -> Any:
+    if name[0] in ("Condition", "StopCondition"):
+        return known[name[0]](Border(name[1]), *name[2:])
     return known[name[0]](name[1])
 
 
 def _legs(held: Any) -> dict[str, Any]:
     """Return the parts of an itinerary, or of that of a motion."""
-    periods = held.periods if isinstance(held, _core.Itinerary) else held.m
-    return {
+    motion = isinstance(held, PeriodicMotion | StructureOrbit)
+    parts = {
         "legs": [str(leg) for leg in held.legs],
-        "periods": periods,
+        "periods": held.m if motion else held.periods,
         "clocks": list(held.clocks),
-        "wall_at_rest": held.wall_at_rest,
     }
+    if isinstance(held, PeriodicMotion | _core.Itinerary):
+        parts["wall_at_rest"] = held.wall_at_rest
+    return parts
+
+
+class _Machine(NamedTuple):
+    """How the parts of a branch of one kind of machine are read."""
+
+    piece: Any
+    system: Callable[[Any], Any]
+    itinerary: Callable[[dict[str, Any]], Any]
+    leg: Callable[[str], Any]
+    motion: Callable[[Any, Any, NDArray[Any], float], Any]
+
+
+def _fields(system: System | Structure) -> Any:
+    """Return the fields of a system as JSON has them."""
+    return json.loads(system.to_json()) if isinstance(system, Structure) else system.to_dict()
 
 
 def _itinerary(part: dict[str, Any]) -> _core.Itinerary:
     legs = [Leg.from_text(leg) for leg in part["legs"]]
     return _core.Itinerary(legs, part["periods"], part["clocks"], part["wall_at_rest"])
+
+
+def _structure_itinerary(part: dict[str, Any]) -> _core.StructureItinerary:
+    legs = [StopLeg.from_text(leg) for leg in part["legs"]]
+    return _core.StructureItinerary(legs, part["periods"], part["clocks"])
+
+
+_MACHINES: Mapping[str, _Machine] = {
+    "system": _Machine(
+        Piece,
+        System.from_dict,
+        _itinerary,
+        Leg.from_text,
+        lambda system, legs, nodes, error: motion_of(system, legs, nodes, error=error, whole=True),
+    ),
+    "structure": _Machine(
+        StructurePiece,
+        lambda fields: Structure.from_json(json.dumps(fields)),
+        _structure_itinerary,
+        StopLeg.from_text,
+        lambda system, legs, nodes, _: motion_of(system, legs, nodes, whole=True),
+    ),
+}

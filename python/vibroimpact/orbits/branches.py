@@ -7,6 +7,7 @@ becomes incomplete, a contact phase ends another way. The border is located, and
 goes on it goes on with another sequence of legs: both sequences have the border's orbit in common.
 """
 
+from collections.abc import Callable
 from typing import Any, Unpack, overload
 
 import numpy as np
@@ -16,17 +17,19 @@ from ..continuation.names import PathEnd
 from ..errors import Interrupted
 from ..interruption import interruptible
 from ..keyword_types import Ranges, completing
-from ..made import Maker, made_from, value_of
+from ..made import made_from, value_of
 from ..scales import Units
+from ..structure_motion import StructureOrbit
 from .branch import Bifurcation, Branch
 from .call_types import FollowCall, SwitchCall
-from .doubling import doubled
 from .following import Half, Settings, follow_half, joined
 from .friction import need_friction, with_friction
 from .kinds import BifurcationKind
+from .machines import twice
 from .motion import PeriodicMotion
-from .ranges import begin, one_range
+from .ranges import MOTIONS, begin, one_range
 from .resegment import Crossing
+from .structure import need_impacts
 
 
 @overload
@@ -36,19 +39,25 @@ def follow_motion(
 
 
 @overload
+def follow_motion(motion: StructureOrbit, *, system: None = ..., **keywords: Any) -> Branch: ...
+
+
+@overload
 def follow_motion(motion: PeriodicMotion, *, units: Units, **keywords: Any) -> Branch: ...
 
 
 @overload
-def follow_motion(motion: PeriodicMotion, *, system: Maker, **keywords: Any) -> Branch: ...
+def follow_motion(
+    motion: PeriodicMotion | StructureOrbit, *, system: Callable[..., Any], **keywords: Any
+) -> Branch: ...
 
 
 @interruptible
 @completing(Ranges)
 def follow_motion(
-    motion: PeriodicMotion,
+    motion: PeriodicMotion | StructureOrbit,
     *,
-    system: Maker | None = None,
+    system: Callable[..., Any] | None = None,
     units: Units | None = None,
     both: bool = True,
     direction: int = 1,
@@ -112,8 +121,8 @@ def follow_motion(
     >>> [str(found.kind) for found in branch.bifurcations]
     ['neimark_sacker']
     """
-    if not isinstance(motion, PeriodicMotion):
-        reject("motion", motion, "a PeriodicMotion")
+    if not isinstance(motion, MOTIONS):
+        reject("motion", motion, "a PeriodicMotion, or a StructureOrbit")
     motion, ranges = begin(motion, system, parameter, units)
     name, bounds = one_range(motion.system, ranges)
     settings = Settings.checked(name, bounds, step, max_step, max_points, virtual)
@@ -121,10 +130,15 @@ def follow_motion(
         reject("direction", direction, "1 or -1")
     if not isinstance(both, bool):
         reject("both", both, "True or False")
-    itinerary, nodes, value = motion.itinerary, motion.nodes, value_of(motion.system, name)
-    need_friction(motion.system, [name])
-    if name == "friction" and made_from(motion.system, [name]) is None:
-        itinerary, nodes, value = with_friction(motion.system, itinerary, nodes)
+    if isinstance(motion, StructureOrbit):
+        need_impacts(motion, name)
+    value = value_of(motion.system, name)
+    itinerary: Any = motion.itinerary
+    nodes = motion.nodes
+    if isinstance(motion, PeriodicMotion):
+        need_friction(motion.system, [name])
+        if name == "friction" and made_from(motion.system, [name]) is None:
+            itinerary, nodes, value = with_friction(motion.system, itinerary, nodes)
     start = Crossing(itinerary=itinerary, u=nodes.ravel().copy(), p=value, tangent=None)
     ways = (-1, 1) if both else (direction,)
     halves: list[Half] = []
@@ -149,7 +163,9 @@ def switch_branch(bifurcation: Bifurcation, *, units: Units, **keywords: Any) ->
 
 
 @overload
-def switch_branch(bifurcation: Bifurcation, *, system: Maker, **keywords: Any) -> Branch: ...
+def switch_branch(
+    bifurcation: Bifurcation, *, system: Callable[..., Any], **keywords: Any
+) -> Branch: ...
 
 
 @interruptible
@@ -157,7 +173,7 @@ def switch_branch(bifurcation: Bifurcation, *, system: Maker, **keywords: Any) -
 def switch_branch(
     bifurcation: Bifurcation,
     *,
-    system: Maker | None = None,
+    system: Callable[..., Any] | None = None,
     units: Units | None = None,
     step: float | None = None,
     max_step: float = 0.05,
@@ -215,7 +231,7 @@ def switch_branch(
     varies = bifurcation.motion.system
     name, bounds = one_range(varies, ranges)
     settings = Settings.checked(name, bounds, step, max_step, max_points)
-    itinerary, nodes, shift = doubled(bifurcation.motion)
+    itinerary, nodes, shift = twice(bifurcation.motion)
     tangent = np.append(shift.ravel(), 0.0)
     value = value_of(varies, name)
     start = Crossing(itinerary=itinerary, u=nodes.ravel(), p=value, tangent=tangent)

@@ -117,5 +117,4 @@ def _half_of(problem: OrbitProblem) -> OrbitProblem | None:
         return None
     if any(late - early != m // 2 for early, late in zip(clocks, clocks[half:], strict=False)):
         return None
-    shorter = _core.Itinerary(legs[:half], m // 2, clocks[:half], itinerary.wall_at_rest)
-    return OrbitProblem(problem.system, shorter, problem.parameters)
+    return problem.of(itinerary.with_legs(legs[:half], m // 2, clocks[:half]))

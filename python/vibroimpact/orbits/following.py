@@ -12,22 +12,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Condition
 from ..arguments import count, positive, reject
 from ..continuation.follow import follow
 from ..continuation.names import PathEnd
 from ..continuation.newton import solve
 from ..continuation.path import Path, Point, SpecialPoint, path_so_far
+from ..structure import Structure
 from ..system import System
 from .branch import Bifurcation, Branch, Piece
 from .doubling import MIN_STEP, doubling_near, halving
-from .kinds import BORDERS, FIRST, BifurcationKind, BranchEnd
+from .kinds import BORDERS, CONDITIONS, FIRST, BifurcationKind, BranchEnd
+from .machines import beyond, problem_of
 from .motion import same_orbit
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP
-from .resegment import Crossing, beyond
+from .resegment import Crossing
 from .special_points import bifurcation_at, end_of
-from .verdict import motion_of
 
 # Sequences of legs that one direction of a branch may pass.
 _MOST_PIECES = 200
@@ -108,7 +108,7 @@ class Half:
     why_not: str = ""
 
 
-def follow_half(system: System, start: Crossing, way: int, settings: Settings) -> Half:
+def follow_half(system: System | Structure, start: Crossing, way: int, settings: Settings) -> Half:
     """Follow one direction; after Ctrl-C return what is done."""
     half = Half([], [], PathEnd.POINTS)
     try:
@@ -131,10 +131,8 @@ def joined(name: str, halves: Sequence[Half], both: bool) -> Branch:
         )
     back, forth = halves
     reversed_pieces = [
-        Piece(
-            system=piece.system,
-            parameter=name,
-            itinerary=piece.itinerary,
+        replace(
+            piece,
             values=piece.values[::-1],
             nodes=piece.nodes[::-1],
             multipliers=piece.multipliers[::-1],
@@ -150,13 +148,15 @@ def joined(name: str, halves: Sequence[Half], both: bool) -> Branch:
     )
 
 
-def _extend(half: Half, system: System, start: Crossing, way: int, settings: Settings) -> None:
+def _extend(
+    half: Half, system: System | Structure, start: Crossing, way: int, settings: Settings
+) -> None:
     borders: list[tuple[Bifurcation, int, int]] = []
     at: Crossing | None = start
     direction, left, retries = way, settings.max_points, _RETRIES
     finer, continued = settings, False
     while at is not None and left >= 2 and len(half.pieces) < _MOST_PIECES:
-        problem = OrbitProblem(system, at.itinerary, (settings.parameter,))
+        problem = problem_of(system, at.itinerary, (settings.parameter,))
         path = _path(problem, at, direction, left, finer)
         try:
             for _ in range(_MOST_REFINEMENTS):
@@ -272,8 +272,7 @@ def _piece(
     border = max(_AT_BORDER * largest, _LOCATED)
     for k, point in enumerate(points):
         try:
-            system = problem.system_at(point.p)
-            motion = motion_of(system, problem.itinerary, point.u.reshape(-1, 4), whole=True)
+            motion = problem.motion(point.u, point.p)
         except KeyboardInterrupt:
             reason = None
             break
@@ -290,14 +289,7 @@ def _piece(
     good = len(multipliers)
     if not good:
         return None, 0, reason
-    piece = Piece(
-        system=problem.system,
-        parameter=settings.parameter,
-        itinerary=problem.itinerary,
-        values=path.p[:good, 0],
-        nodes=path.u[:good].reshape(good, -1, 4),
-        multipliers=np.array(multipliers),
-    )
+    piece = problem.piece(path.p[:good, 0], path.u[:good], np.array(multipliers))
     return piece, good, reason
 
 
@@ -317,7 +309,7 @@ def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
         if not report.converged:
             continue
         tests = problem.tests(found, p, problem.residual(found, p)[1])
-        if any(value < 0.0 for test, value in tests.items() if isinstance(test, Condition)):
+        if any(value < 0.0 for test, value in tests.items() if isinstance(test, CONDITIONS)):
             return True
     return False
 

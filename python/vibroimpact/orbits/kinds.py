@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from .._core import BorderKind, Condition
+from .._core import BorderKind, Condition, StopCondition
 from ..continuation.names import OwnTest, PathEnd
 
 
@@ -40,6 +40,8 @@ BORDERS = frozenset(BifurcationKind(kind.value) for kind in BorderKind)
 FIRST = (BifurcationKind.GRAZING,)
 # What vanishes at a bifurcation: a condition of a leg, a function of the multipliers named as the
 # bifurcation, or a function of the path itself.
-Test = Condition | BifurcationKind | OwnTest
+Test = Condition | StopCondition | BifurcationKind | OwnTest
+# The conditions of legs, of a System and of a Structure.
+CONDITIONS = (Condition, StopCondition)
 # Why a branch or a curve ends: the bifurcation with which its motion ends, or another reason.
 BranchEnd = PathEnd | BifurcationKind

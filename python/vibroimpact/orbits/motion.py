@@ -389,7 +389,11 @@ def multipliers_of(return_maps: Array, itinerary: _core.Itinerary) -> NDArray[np
     A leg that cannot be followed gives NaN, and one that ends in a graze infinity: then all of them
     are NaN.
     """
-    matrices = reduced(return_maps, itinerary)
+    return eigenvalues_of(reduced(return_maps, itinerary))
+
+
+def eigenvalues_of(matrices: Array) -> NDArray[np.complex128]:
+    """Return the eigenvalues of matrices (k, n, n), in rows by falling modulus, as above."""
     finite = np.isfinite(matrices).all(axis=(1, 2))
     multipliers = np.full(matrices.shape[:2], np.nan, dtype=np.complex128)
     multipliers[finite] = np.linalg.eigvals(matrices[finite])

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from ..continuation.newton import solve
 from ..errors import SimulationError
 from .branch import Branch, Piece
+from .machines import motion_of, problem_of
 from .motion import PeriodicMotion, same_orbit
-from .problem import OrbitProblem
-from .verdict import motion_of
 
 Array = NDArray[np.float64]
 
@@ -69,7 +68,7 @@ def _between(piece: Piece, k: int, value: float) -> PeriodicMotion | None:
 
 def _solved(piece: Piece, k: int, value: float, start: Array) -> Array | None:
     """Solve the conditions of periodicity from these nodes; None for a motion elsewhere."""
-    problem = OrbitProblem(piece._system_with(value), piece.itinerary)
+    problem = problem_of(piece._system_with(value), piece.itinerary)
     found, report = solve(problem, start.ravel(), np.empty(0))
     nodes = found.reshape(start.shape)
     if not report.converged or _way(piece, value, nodes)[k] > _LONGEST_WAY:
@@ -78,7 +77,8 @@ def _solved(piece: Piece, k: int, value: float, start: Array) -> Array | None:
 
 
 def _motion(piece: Piece, value: float, nodes: Array) -> PeriodicMotion:
-    return motion_of(piece._system_with(value), piece.itinerary, nodes.copy())
+    motion: PeriodicMotion = motion_of(piece._system_with(value), piece.itinerary, nodes.copy())
+    return motion
 
 
 def with_bifurcations(branch: Branch) -> list[Piece]:

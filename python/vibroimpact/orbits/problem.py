@@ -7,12 +7,13 @@ conditions of the legs, and functions of the multipliers.
 
 import math
 from collections.abc import Callable, Hashable, Mapping
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import PARAMETERS, Condition, Leg
+from .._core import PARAMETERS, Condition, Leg, StopCondition
 from ..continuation.map_bifurcations import (
     bialternate,
     neimark_sacker,
@@ -22,9 +23,10 @@ from ..continuation.map_bifurcations import (
 from ..continuation.newton import OutsideDomain
 from ..errors import ParameterError
 from ..made import MadeSystem, made_from, rows_of, varied
-from ..system import System
-from .kinds import BifurcationKind, Test
+from .branch import Piece
+from .kinds import CONDITIONS, BifurcationKind, Test
 from .motion import reduced
+from .verdict import motion_of
 
 Array = NDArray[np.float64]
 
@@ -54,15 +56,38 @@ _AT_ONCE = 2
 class OrbitProblem:
     """F(u, p) = 0 for the nodes u of a periodic motion with a fixed sequence of legs."""
 
-    def __init__(
-        self, system: System, itinerary: _core.Itinerary, parameters: tuple[str, ...] = ()
-    ) -> None:
+    _PIECE: type[Piece] = Piece
+
+    def __init__(self, system: Any, itinerary: Any, parameters: tuple[str, ...] = ()) -> None:
         self.system = system
         self.itinerary = itinerary
         self.parameters = parameters
-        self._latest: tuple[bytes, System] | None = None
+        self._latest: tuple[bytes, Any] | None = None
 
-    def system_at(self, p: Array) -> System:
+    def of(self, itinerary: Any) -> Self:
+        """Return the problem of other legs of the same system."""
+        return type(self)(self.system, itinerary, self.parameters)
+
+    def rows(self, u: Array) -> Array:
+        """Return the nodes, a row for each leg."""
+        return u.reshape(len(self.itinerary.legs), -1)
+
+    def motion(self, u: Array, p: Array) -> Any:
+        """Return the motion with these nodes, as it is, with its verdict."""
+        return motion_of(self.system_at(p), self.itinerary, self.rows(u), whole=True)
+
+    def piece(self, values: Array, us: Array, multipliers: NDArray[np.complex128]) -> Piece:
+        """Return a piece of a branch over the one parameter, from its points in rows."""
+        return self._PIECE(
+            system=self.system,
+            parameter=self.parameters[0],
+            itinerary=self.itinerary,
+            values=values,
+            nodes=us.reshape(len(us), len(self.itinerary.legs), -1),
+            multipliers=multipliers,
+        )
+
+    def system_at(self, p: Array) -> Any:
         """Return the system with the free parameters at p; OutsideDomain beyond their range."""
         if not self.parameters:
             return self.system
@@ -81,10 +106,11 @@ class OrbitProblem:
         system = self.system_at(p)
         try:
             if (maker := made_from(system, self.parameters)) is not None and self.parameters:
-                return self._residual_by_numbers(maker, u.reshape(-1, 4))
-            return self.itinerary.residual(
-                system._compiled, u.reshape(-1, 4), list(self.parameters)
-            )
+                return self._residual_by_numbers(maker, self.rows(u))
+            names = list(self.parameters)
+            found: tuple[Array, Array]
+            found = self.itinerary.residual(system._compiled, self.rows(u), names)
+            return found
         except ParameterError as error:  # drive frequency 0 on the way
             raise OutsideDomain(str(error)) from error
 
@@ -109,9 +135,9 @@ class OrbitProblem:
             tests |= self.multiplier_tests(matrix)
         return tests
 
-    def border_tests(self, u: Array, p: Array) -> dict[Condition, float]:
+    def border_tests(self, u: Array, p: Array) -> dict[Condition | StopCondition, float]:
         """Return the conditions under which the motion has this sequence of legs."""
-        found = self.itinerary.tests(self.system_at(p)._compiled, u.reshape(-1, 4))
+        found = self.itinerary.tests(self.system_at(p)._compiled, self.rows(u))
         return {condition: value for condition, value, _ in found}
 
     @staticmethod
@@ -124,7 +150,7 @@ class OrbitProblem:
 
     def single_test(self, test: Hashable, u: Array, p: Array) -> float | None:
         """Return one test of a border without the others; None for other tests, NaN if missing."""
-        if not isinstance(test, Condition):
+        if not isinstance(test, CONDITIONS):
             return None
         return self.border_tests(u, p).get(test, math.nan)
 
@@ -134,7 +160,7 @@ class OrbitProblem:
         The condition of a leg is known from the node at which it starts and the time at which it
         ends, which the next node has.
         """
-        if not isinstance(test, Condition):
+        if not isinstance(test, CONDITIONS):
             return list(range(count))
         leg = test.leg
         return [*range(4 * leg, 4 * leg + 4), (4 * leg + 7) % count]
@@ -149,7 +175,7 @@ class OrbitProblem:
 
     def classify(self, test: Hashable, u: Array, p: Array, jacobian: Array) -> BifurcationKind:
         """Return the kind of a zero of a test."""
-        if isinstance(test, Condition):
+        if isinstance(test, CONDITIONS):
             return BifurcationKind(test.kind)
         if test is BifurcationKind.NEIMARK_SACKER:
             return BifurcationKind(neimark_sacker_kind(self.monodromy(u, p)))
@@ -157,7 +183,7 @@ class OrbitProblem:
 
     def monodromy(self, u: Array, p: Array) -> Array:
         """Return the derivative of the return map, without the states of a wall at rest."""
-        matrix = self.itinerary.return_map(self.system_at(p)._compiled, u.reshape(-1, 4))
+        matrix = self.itinerary.return_map(self.system_at(p)._compiled, self.rows(u))
         return reduced(matrix, self.itinerary)
 
     def monodromies(self, us: Array, ps: Array) -> Array:

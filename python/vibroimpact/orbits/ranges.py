@@ -7,9 +7,21 @@ from typing import Any, TypeVar
 from .._core import PARAMETERS
 from ..arguments import close_to, number, pair, reject, triple
 from ..errors import ParameterError
-from ..made import Machine, Maker, check_names, is_maker, made_from, started, value_of
+from ..made import (
+    Machine,
+    MadeStructure,
+    Maker,
+    check_names,
+    is_maker,
+    made_from,
+    started,
+    value_of,
+)
 from ..physical import QUANTITIES
 from ..scales import in_si
+from ..stop import is_of_stops
+from ..structure import Structure
+from ..structure_motion import StructureOrbit
 from ..system import System
 from .branch import Bifurcation
 from .curve import CodimensionTwo
@@ -21,7 +33,11 @@ _WIDEST = 1e100
 LONGEST_STEP = 1000.0
 
 # Where a continuation starts.
-Start = TypeVar("Start", bound=PeriodicMotion | Bifurcation | CodimensionTwo)
+Start = TypeVar("Start", bound=PeriodicMotion | StructureOrbit | Bifurcation | CodimensionTwo)
+# Motions, of a System or of a Structure.
+MOTIONS = (PeriodicMotion, StructureOrbit)
+# Numbers of a structure that vary by name, beside those of its stops.
+_OF_STRUCTURES = ("drive_frequency", "phase")
 Range = tuple[float, float]
 Bounds = tuple[Range, Range]
 
@@ -40,12 +56,16 @@ def begin(
     ParameterError
         If the function, its arguments or its system do not fit.
     """
-    motion = start if isinstance(start, PeriodicMotion) else start.motion
+    motion = start if isinstance(start, MOTIONS) else start.motion
+    is_structure = isinstance(motion, StructureOrbit)
+    if is_structure and units is not None:
+        reject("units", units, "None: a structure has the units of its numbers")
     if in_si(units):
         if function is not None:
             reject("units", units, "None where a function makes the system, in units of its own")
-        function = Machine(motion.system)
-        own = motion.system.to_physical()
+        of_motion: Any = motion.system
+        function = Machine(of_motion)
+        own = of_motion.to_physical()
         for name in parameters:
             if name not in QUANTITIES:
                 known = ", ".join(QUANTITIES)
@@ -56,7 +76,8 @@ def begin(
     if function is None:
         return start, parameters
     if not is_maker(function):
-        reject("system", function, "None, or a function that makes a vibroimpact.System")
+        kind = "Structure" if is_structure else "System"
+        reject("system", function, f"None, or a function that makes a vibroimpact.{kind}")
     check_names(function, [*parameters])
     numbers, sizes, pairs = {}, {}, {}
     for name, given in parameters.items():
@@ -69,15 +90,15 @@ def begin(
     return _with_system(start, motion, system), pairs
 
 
-def _with_system(start: Start, motion: PeriodicMotion, system: System) -> Start:
+def _with_system(start: Start, motion: Any, system: System | Structure) -> Start:
     anew: Any = replace(motion, system=system)
-    if not isinstance(start, PeriodicMotion):
+    if not isinstance(start, MOTIONS):
         anew = replace(start, motion=anew)
     begun: Start = anew
     return begun
 
 
-def one_range(system: System, parameters: Mapping[str, Any]) -> tuple[str, Range]:
+def one_range(system: System | Structure, parameters: Mapping[str, Any]) -> tuple[str, Range]:
     """Return the name of the one parameter and its range."""
     if len(parameters) != 1:
         given = ", ".join(parameters) or "none"
@@ -88,6 +109,8 @@ def one_range(system: System, parameters: Mapping[str, Any]) -> tuple[str, Range
 
 def two_ranges(system: System, parameters: Mapping[str, Any]) -> tuple[tuple[str, str], Bounds]:
     """Return the names of the two parameters and their ranges."""
+    if isinstance(system, Structure):
+        reject("system", system, "a System: curves in two parameters do not know structures yet")
     if len(parameters) != 2:
         given = ", ".join(parameters) or "none"
         raise ParameterError(f"give exactly two parameters with their ranges, got {given}")
@@ -96,9 +119,15 @@ def two_ranges(system: System, parameters: Mapping[str, Any]) -> tuple[tuple[str
     return (first, second), (one, other)
 
 
-def range_around(system: System, name: str, bounds: Any) -> Range:
+def range_around(system: System | Structure, name: str, bounds: Any) -> Range:
     """Check a range of a parameter that contains its value."""
-    if name not in PARAMETERS and made_from(system, [name]) is None:
+    if isinstance(system, MadeStructure):
+        pass
+    elif isinstance(system, Structure):
+        if name not in _OF_STRUCTURES and not is_of_stops(name):
+            names = f"{', '.join(_OF_STRUCTURES)}, gap, restitution, friction, gap_0 ..."
+            reject("parameter", name, f"{names}; or a function that makes the structure")
+    elif name not in PARAMETERS and made_from(system, [name]) is None:
         reject("parameter", name, f"one of {', '.join(PARAMETERS)}{close_to(name, PARAMETERS)}")
     value = value_of(system, name)
     allowed = f"a range (low, high) around {value}, within +-{_WIDEST:g}"

@@ -16,12 +16,23 @@ sequences follow one another: there the branch ends.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind, Regime
+from .._core import (
+    Border,
+    BorderKind,
+    Condition,
+    Leg,
+    LegEnd,
+    LegKind,
+    Regime,
+    StopCondition,
+    StopLeg,
+)
 from ..continuation.newton import OutsideDomain, solve
 from ..continuation.path import SpecialPoint
 from ..system import System
@@ -63,7 +74,7 @@ class Crossing:
         Direction of (u, p), or None: as the parameter grows.
     """
 
-    itinerary: _core.Itinerary
+    itinerary: Any
     u: Array
     p: float
     tangent: Array | None
@@ -84,7 +95,7 @@ def beyond(problem: OrbitProblem, border: SpecialPoint) -> Crossing | None:
             return next((crossing for crossing in steps if crossing is not None), None)
         else:
             return None
-        return None if found is None else _oriented(problem, border, *found)
+        return None if found is None else oriented(problem, border.p, *found)
     except OutsideDomain:
         return None
 
@@ -109,7 +120,7 @@ def beside(problem: OrbitProblem, corner: SpecialPoint, own: Condition) -> _New 
         for test, value in new.border_tests(nodes.ravel(), corner.p).items()
         if test.border is own.border and test != crossed
     }
-    same = min(values, key=lambda test: values[test], default=None)
+    same: Any = min(values, key=lambda test: values[test], default=None)
     return (itinerary, nodes, same) if same is not None and values[same] < _VANISHES else None
 
 
@@ -249,29 +260,38 @@ _OTHER_WAY = dict(zip(_REVERSAL + _STICK, _STICK + _REVERSAL, strict=True))
 
 def _beyond_edge(leg: Leg, edge: Border, system: System, x1: float) -> Leg | None:
     """Return the leg to an impact of the neighbouring regime."""
-    regime, direction, side = leg.regime, leg.direction, leg.side
+    if edge is Border.SIDE_OF_IMPACT and leg.regime is not None:
+        return Leg.impact(leg.regime, leg.direction, -leg.side)
     sticks = system._compiled.is_in_friction_cone(x1)
+    found = beyond_edge(leg, edge, sticks=sticks, plastic=system.restitution == 0.0)
+    return None if found is None else Leg.impact(*found, leg.side)
+
+
+def beyond_edge(
+    leg: Leg | StopLeg, edge: Border, *, sticks: bool, plastic: bool
+) -> tuple[Regime, int] | None:
+    """Return regime and direction of slip beyond an edge of the regime of an impact.
+
+    ``sticks``: friction holds a contact point that has come to rest; ``plastic``: r = 0.
+    """
+    regime, direction = leg.regime, leg.direction
     in_approach, in_restitution = _STICK if sticks else _REVERSAL
     if regime is None:
         return None
-    if edge is Border.SIDE_OF_IMPACT:
-        side = -side
-    elif edge in _STOPS and system.restitution == 0.0:
-        regime = in_approach if regime is Regime.SLIP else Regime.SLIP
-    elif edge is Border.STOP_AT_END_OF_IMPACT:
-        regime = in_restitution if regime is Regime.SLIP else Regime.SLIP
-    elif edge is Border.STOP_AT_END_OF_APPROACH:
-        regime = _OTHER_STAGE[regime]
-    elif edge is Border.FRICTION_CONE:
-        regime = _OTHER_WAY[regime]
-    elif edge is Border.SLIP_BEFORE:
-        direction = -direction
+    if edge in _STOPS and plastic:
+        return (in_approach if regime is Regime.SLIP else Regime.SLIP), direction
+    if edge is Border.STOP_AT_END_OF_IMPACT:
+        return (in_restitution if regime is Regime.SLIP else Regime.SLIP), direction
+    if edge is Border.STOP_AT_END_OF_APPROACH:
+        return _OTHER_STAGE[regime], direction
+    if edge is Border.FRICTION_CONE:
+        return _OTHER_WAY[regime], direction
+    if edge is Border.SLIP_BEFORE:
         if not sticks:
             # From rest the tip slips with s = -sgn(cos x1); the other way it turns round at once.
             regime = Regime.REVERSAL_APPROACH if regime is Regime.SLIP else Regime.SLIP
-    else:
-        return None
-    return Leg.impact(regime, direction, side)
+        return regime, -direction
+    return None
 
 
 def _slides_on(itinerary: _core.Itinerary, test: Condition) -> bool:
@@ -328,37 +348,38 @@ def _stopped(problem: OrbitProblem, border: SpecialPoint, test: Condition) -> _N
     return new, nodes, Condition(Border.LENGTH, leg + 1)
 
 
-def _oriented(
-    problem: OrbitProblem,
-    border: SpecialPoint,
-    itinerary: _core.Itinerary,
-    nodes: Array,
-    test: Condition,
+def on_leg(test: Any, leg: int) -> Any:
+    """Return the condition of another leg."""
+    if isinstance(test, StopCondition):
+        return StopCondition(test.border, leg, test.stop)
+    return Condition(test.border, leg)
+
+
+def oriented(
+    problem: OrbitProblem, p: Array, itinerary: Any, nodes: Array, test: Any
 ) -> Crossing | None:
     """The tangent of the new branch along which its test grows from zero."""
-    shorter, cut = primitive(problem.system_at(border.p), itinerary, nodes)
+    shorter, cut = primitive(problem.system_at(p).drive_period, itinerary, nodes)
     if len(cut) < len(nodes):
-        itinerary, nodes, test = shorter, cut, Condition(test.border, test.leg % len(cut))
-    new = OrbitProblem(problem.system, itinerary, problem.parameters)
+        itinerary, nodes, test = shorter, cut, on_leg(test, test.leg % len(cut))
+    new = problem.of(itinerary)
     u = nodes.ravel()
     sizes = np.append(new.scale(u), 1.0)
-    _, jacobian = new.residual(u, border.p)
+    _, jacobian = new.residual(u, p)
     if not np.isfinite(jacobian).all():
         return None
     _, _, right = np.linalg.svd(jacobian * sizes)
     tangent = right[-1] * sizes
 
     def grown(step: float) -> float:
-        z = np.append(u, border.p) + step * tangent
-        system = new.system_at(z[-1:])
-        tests = itinerary.tests(system._compiled, z[:-1].reshape(-1, 4))
-        return next((value for other, value, _ in tests if other == test), -math.inf)
+        z = np.append(u, p) + step * tangent
+        return new.border_tests(z[:-1], z[-1:]).get(test, -math.inf)
 
     forth, back = grown(_TRIAL), grown(-_TRIAL)
     if forth == back or max(forth, back) <= 0.0:
         return None
     tangent = tangent if forth > back else -tangent
-    return Crossing(itinerary=itinerary, u=u, p=float(border.p[0]), tangent=tangent)
+    return Crossing(itinerary=itinerary, u=u, p=float(p[0]), tangent=tangent)
 
 
 def _by_simulation(problem: OrbitProblem, border: SpecialPoint, step: float) -> Crossing | None:

@@ -1,28 +1,23 @@
 """Special points and ends of a path of solutions, as users see them."""
 
-import numpy as np
-from numpy.typing import NDArray
-
-from .._core import Leg
+from .._core import Leg, StopLeg
 from ..continuation.path import Path, SpecialPoint
 from .branch import Bifurcation
 from .kinds import BifurcationKind, BranchEnd
 from .problem import OrbitProblem
-from .verdict import motion_of
-
-Array = NDArray[np.float64]
 
 
 def bifurcation_at(
-    problem: OrbitProblem, special: SpecialPoint, goes_on: tuple[Leg, ...] = ()
+    problem: OrbitProblem,
+    special: SpecialPoint,
+    goes_on: tuple[Leg, ...] | tuple[StopLeg, ...] = (),
 ) -> Bifurcation:
     """Return a special point of a path as users see it."""
-    nodes = special.u.reshape(-1, 4)
     return Bifurcation(
         kind=BifurcationKind(special.kind),
         parameter=problem.parameters[0],
         value=float(special.p[0]),
-        motion=motion_of(problem.system_at(special.p), problem.itinerary, nodes, whole=True),
+        motion=problem.motion(special.u, special.p),
         test=special.test,
         test_value=special.value,
         goes_on=goes_on,

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from .. import _core
 from ..arguments import reject
 from ..errors import Interrupted
+from ..made import MadeStructure
 from ..run_parts import read_only
 from ..structure_motion import StructureOrbit
 from ..structure_run import StructureRun
 from .found import NotFound
+from .verdict import MAX_EVENTS
 
 # Periods by which a run is continued where Newton's method finds no motion at its end.
 _FURTHER = (0, 64, 512)
@@ -49,6 +52,15 @@ def refine_structure(run: StructureRun) -> StructureOrbit | NotFound:
 
 def _motion(run: StructureRun, core: _core.StructureOrbit, m: int) -> StructureOrbit:
     impacts = np.array(core.impacts, np.int64)
+    followed, _ = _core.StructureItinerary.follow(run.system._compiled, core.state, m, MAX_EVENTS)
+    legs: dict[str, Any] = {}
+    if followed is not None:
+        itinerary, nodes = followed
+        legs = {
+            "legs": tuple(itinerary.legs),
+            "nodes": read_only(nodes),
+            "clocks": tuple(itinerary.clocks),
+        }
     return StructureOrbit(
         system=run.system,
         state=read_only(run.system._from_core(core.state)),
@@ -60,4 +72,27 @@ def _motion(run: StructureRun, core: _core.StructureOrbit, m: int) -> StructureO
         multipliers=read_only(np.array([complex(*pair) for pair in core.multipliers])),
         error=core.bound,
         stability=core.stability,
+        **legs,
     )
+
+
+def need_impacts(motion: StructureOrbit, name: str) -> None:
+    """Refuse to follow what has no legs, and friction from a motion without friction.
+
+    Raises
+    ------
+    ParameterError
+        Says what the motion has beside impacts, or which stop has no friction.
+    """
+    system = motion.system
+    if not motion.legs:
+        compiled = system._compiled
+        start = system._to_core(motion.state)
+        _, why = _core.StructureItinerary.follow(compiled, start, motion.m, MAX_EVENTS)
+        reject("motion", motion, f"one whose only events are impacts: {why}")
+    own, _, place = name.partition("_")
+    if own == "friction" and not isinstance(system, MadeStructure):
+        struck = {leg.stop for leg in motion.legs if leg.stop is not None}
+        for stop in struck & ({int(place)} if place else struck):
+            if system.stops[stop].friction == 0.0:
+                reject(name, 0.0, "> 0 at the start: without it impacts have no direction of slip")

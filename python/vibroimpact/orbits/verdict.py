@@ -8,6 +8,7 @@ its first form, and its multipliers are computed.
 from __future__ import annotations
 
 import math
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ from ..system import System
 from .motion import PeriodicMotion, all_inside, multipliers_of
 
 Array = NDArray[np.float64]
+# Both have `with_legs`, and the time in the drive period as the last number of a node.
+Legs = TypeVar("Legs", _core.Itinerary, _core.StructureItinerary)
 
 # An orbit repeats itself if its nodes repeat to this part of their size, which counts as at least
 # the second number.
@@ -42,7 +45,8 @@ def motion_of(
     if whole:
         nodes = nodes.copy()
     else:
-        itinerary, nodes = _in_order(system, *primitive(system, itinerary, nodes))
+        period = system.drive_period
+        itinerary, nodes = in_order(period, *primitive(period, itinerary, nodes))
     return_map, reason = itinerary.verdict(system._compiled, nodes, MAX_EVENTS)
     (multipliers,) = multipliers_of(return_map[None], itinerary)
     residual, _ = itinerary.residual(system._compiled, nodes)
@@ -67,50 +71,44 @@ def motion_of(
     )
 
 
-def primitive(
-    system: System, itinerary: _core.Itinerary, nodes: Array
-) -> tuple[_core.Itinerary, Array]:
-    """Reduce a solution that repeats a shorter orbit to that orbit."""
+def primitive(period: float, itinerary: Legs, nodes: Array) -> tuple[Legs, Array]:
+    """Reduce a solution that repeats a shorter orbit to that orbit; ``period`` is the drive's."""
     legs, count, periods = itinerary.legs, len(itinerary.legs), itinerary.periods
     clocks = itinerary.clocks
     size = np.abs(nodes).max(axis=0) + _LEAST_SIZE
-    if legs == [Leg.CIRCUIT]:
+    if legs[0].kind is LegKind.CIRCUIT:
         return itinerary, nodes
     for repeats in range(count, 1, -1):
         if count % repeats or periods % repeats:
             continue
         step, shorter = count // repeats, periods // repeats
-        times = np.array(clocks) * system.drive_period + nodes[:, 3]
+        times = np.array(clocks) * period + nodes[:, -1]
         shifted = np.roll(nodes, -step, axis=0)
         ahead = np.roll(times, -step)
-        ahead[count - step :] += periods * system.drive_period
+        ahead[count - step :] += periods * period
         same = (
             legs == legs[step:] + legs[:step]
-            and np.abs((shifted - nodes)[:, :3] / size[:3]).max() < _REPEATS
-            and np.abs(ahead - times - shorter * system.drive_period).max() < _REPEATS
+            and np.abs((shifted - nodes)[:, :-1] / size[:-1]).max() < _REPEATS
+            and np.abs(ahead - times - shorter * period).max() < _REPEATS
         )
         if same:
-            cut = _core.Itinerary(legs[:step], shorter, clocks[:step], itinerary.wall_at_rest)
-            return cut, nodes[:step].copy()
+            return itinerary.with_legs(legs[:step], shorter, clocks[:step]), nodes[:step].copy()
     return itinerary, nodes
 
 
-def _in_order(
-    system: System, itinerary: _core.Itinerary, nodes: Array
-) -> tuple[_core.Itinerary, Array]:
+def in_order(period: float, itinerary: Legs, nodes: Array) -> tuple[Legs, Array]:
     """Begin with the first event of the first drive period."""
     legs, count, periods = itinerary.legs, len(itinerary.legs), itinerary.periods
     nodes = nodes.copy()
-    if legs == [Leg.CIRCUIT]:
+    if legs[0].kind is LegKind.CIRCUIT:
         return itinerary, nodes
     # Along a branch a node may have moved into another drive period.
-    passed = np.floor(nodes[:, 3] / system.drive_period)
-    nodes[:, 3] -= passed * system.drive_period
+    passed = np.floor(nodes[:, -1] / period)
+    nodes[:, -1] -= passed * period
     counted = np.array(itinerary.clocks) + passed.astype(np.int64)
     clocks = (counted % periods).tolist()
     # The nodes are in order of time already; the orbit may begin with any of them.
-    first = min(range(count), key=lambda i: (clocks[i], nodes[i, 3]))
+    first = min(range(count), key=lambda i: (clocks[i], nodes[i, -1]))
     order = [(first + i) % count for i in range(count)]
     turned = [clocks[i] for i in order]
-    itinerary = _core.Itinerary([legs[i] for i in order], periods, turned, itinerary.wall_at_rest)
-    return itinerary, nodes[order]
+    return itinerary.with_legs([legs[i] for i in order], periods, turned), nodes[order]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -20,13 +20,15 @@ from numpy.typing import NDArray
 
 from ..arguments import naming, positive, reject, several
 from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
-from ..orbits.branch import AT_IMPACTS, AT_SECTIONS
 from ..orbits.points import with_bifurcations
-from ..scales import Units, in_si
+from ..scales import Units
+from ..structure import Structure
 from ..sweeps import Diagram
-from .diagram import bifurcation, no_impact_handles, section_symbols
-from .given import chosen, expected, usual_value
-from .parameter_units import piece_axis, piece_factors, piece_label, with_unit
+from ..sweeps.structure_diagram_results import StructureDiagram
+from .branch_views import StructureView, SystemView, View
+from .diagram import no_impact_handles
+from .given import expected
+from .parameter_units import piece_label
 from .style import (
     BIFURCATION_STYLES,
     BLACK,
@@ -38,7 +40,6 @@ from .style import (
     PURPLE,
     SECTION_LABELS,
     VERMILLION,
-    at_drive_phase,
     axis_name,
     bifurcation_handles,
     bifurcation_marker,
@@ -47,7 +48,6 @@ from .style import (
     new_axes,
     phase_axis,
 )
-from .units import AxisUnits
 
 Array = NDArray[np.float64]
 Section = Literal["impact", "stroboscopic"]
@@ -70,9 +70,10 @@ _ON_CIRCLE = 1e-6
 def branches(
     branches: Branch | Sequence[Branch],
     *,
-    diagram: Diagram | None = None,
+    diagram: Diagram | StructureDiagram | None = None,
     section: Section = "impact",
     value: str | None = None,
+    coordinate: int = 0,
     size: float = 4.5,
     legend: bool = True,
     units: Units | None = None,
@@ -87,14 +88,18 @@ def branches(
     ----------
     branches : Branch or sequence of Branch
         Results of `vibroimpact.follow_motion` or `vibroimpact.switch_branch`, over one parameter.
-    diagram : Diagram, optional
+    diagram : Diagram or StructureDiagram, optional
         A bifurcation diagram over the same parameter, drawn in grey beneath.
     section : {"impact", "stroboscopic"}
         Section (48a) or (48b) of the paper: just before each impact, or once per drive period.
     value : str, optional
         What of the section: "x1", "v1", "v2", "phase" or "approach_velocity" at impact; "x1", "v1",
         "x2" or "v2" once per drive period. By default "x1", but the approach velocity where body 2
-        is a wall at rest: x1 at impact is the place of the wall there.
+        is a wall at rest: x1 at impact is the place of the wall there. Of structures
+        "approach_velocity", the default, "phase", "q", "v_pre" or "v_post" at impact; "q", the
+        default, or "v" once per drive period.
+    coordinate : int
+        Of structures this one of "q" and the velocities, from 0.
     size : float
         Size of the marks in points.
     legend : bool
@@ -135,63 +140,34 @@ def branches(
     if section not in SECTION_LABELS:
         reject("section", section, "'impact' or 'stroboscopic'")
     size = positive("size", size)
-    value = _value(many, section, value)
-    if diagram is not None:
-        if not isinstance(diagram, Diagram):
-            reject("diagram", diagram, "a vibroimpact.Diagram or None")
-        if diagram.parameter_name != name:
-            reject("diagram", diagram, f"a diagram over {name}, the parameter of the branches")
-
-    is_si = in_si(units)
     held = [piece.system for branch in many for piece in branch.pieces]
-    # Without a point there is nothing to scale.
-    factor, text = piece_axis(name, held[0], is_si=is_si) if held else (1.0, name)
-    shown = _Shown(section, value, factor, is_si)
+    of_structures = any(isinstance(system, Structure) for system in held)
+    if of_structures:
+        view: View = StructureView.checked(many, section, value, coordinate, units)
+    else:
+        view = SystemView.checked(many, section, value, coordinate, units)
+    if diagram is not None:
+        view.check_diagram(diagram, name)
     ax = new_axes(ax)
     if diagram is not None:
-        bifurcation(
-            diagram,
-            section=section,
-            value=value,
-            size=_DIAGRAM_SIZE,
-            legend=False,
-            units=units,
-            ax=ax,
-        )
+        view.draw_diagram(diagram, _DIAGRAM_SIZE, ax)
         ax.collections[0].set_color(_DIAGRAM_GREY)
     for number, branch in enumerate(many):
-        _lines(ax, branch, shown, _COLORS[number % len(_COLORS)])
+        _lines(ax, branch, view, _COLORS[number % len(_COLORS)])
     for kind in BIFURCATION_STYLES:
         found = [point for branch in many for point in branch.of_kind(kind)]
-        _marks(ax, found, shown, size)
+        _marks(ax, found, view, size)
     if legend:
         handles = branch_handles(many, names=True)
-        if diagram is not None:
+        if isinstance(diagram, Diagram):
             handles += no_impact_handles(diagram)
         legend_above(ax, handles, columns=3)
     ax.autoscale_view()
-    ax.set_xlabel(text if held else axis_name(name, made=False))
-    label = section_symbols(section)[value]
-    if section == "stroboscopic":
-        label = at_drive_phase(label, _drive_phase(many))
-    ax.set_ylabel(with_unit(label, value, is_si=is_si))
-    if value == "phase":
+    ax.set_xlabel(view.parameter_label if held else axis_name(name, made=False))
+    ax.set_ylabel(view.value_label)
+    if view.value == "phase":
         phase_axis(ax, "y")
     return ax
-
-
-def _value(branches: Sequence[Branch], section: str, value: Any) -> str:
-    """Return what of a section is drawn: as asked for, or the usual."""
-    if value is None:
-        usual = {usual_value(section, branch) for branch in branches}
-        return usual.pop() if len(usual) == 1 else "x1"
-    return chosen("value", value, AT_IMPACTS if section == "impact" else AT_SECTIONS)
-
-
-def _drive_phase(branches: Sequence[Branch]) -> float | None:
-    """Return the drive phase of the sections, that at t = 0; None if it varies."""
-    phases = {piece.system.phase for branch in branches for piece in branch.pieces}
-    return phases.pop() if len(phases) == 1 and branches[0].parameter != "phase" else None
 
 
 @naming
@@ -356,29 +332,16 @@ def curve_handles(curves: Curves) -> list[Artist]:
     return handles
 
 
-class _Shown(NamedTuple):
-    """What of a section is drawn, the factor of the parameter, and whether it is drawn in SI."""
-
-    section: Section
-    value: str
-    factor: float
-    is_si: bool
-
-
-def _lines(ax: Axes, branch: Branch, shown: _Shown, color: str) -> None:
+def _lines(ax: Axes, branch: Branch, view: View, color: str) -> None:
     """Draw the lines of a branch, one collection each for its stable and unstable parts."""
     segments: dict[bool, list[Array]] = {True: [], False: []}
     for piece in with_bifurcations(branch):
-        value = shown.value
-        impacts = shown.section == "impact"
-        heights = piece.at_impacts(value) if impacts else piece.at_sections(value)
-        if shown.is_si:
-            heights = heights * piece_factors(piece, value)[:, None]
+        heights = view.heights(piece)
         for first, last, stable in _stretches(piece):
             part = slice(first, last + 1)
             for column in heights.T:
-                line = np.column_stack([shown.factor * piece.values[part], column[part]])
-                segments[stable] += _unwrapped(line) if value == "phase" else [line]
+                line = np.column_stack([view.factor * piece.values[part], column[part]])
+                segments[stable] += _unwrapped(line) if view.value == "phase" else [line]
     for stable, lines in segments.items():
         collection = LineCollection(
             lines,
@@ -397,27 +360,12 @@ def _unwrapped(line: Array) -> list[Array]:
     return list(np.split(line, cuts))
 
 
-# The columns of `PeriodicMotion.impacts` that hold the values just before an impact.
-_COLUMNS = {"v1": "v1_pre", "v2": "v2_pre"}
-
-
-def _marks(ax: Axes, found: Sequence[Bifurcation], shown: _Shown, size: float) -> None:
-    section, value = shown.section, shown.value
+def _marks(ax: Axes, found: Sequence[Bifurcation], view: View, size: float) -> None:
     if not found:
         return
-    heights = [
-        point.motion.impacts[_COLUMNS.get(value, value)]
-        if section == "impact"
-        else point.motion.sections[:, AT_SECTIONS.index(value)]
-        for point in found
-    ]
-    if shown.is_si:
-        heights = [
-            part * AxisUnits.of("SI", point.motion.system).factor(value)
-            for part, point in zip(heights, found, strict=True)
-        ]
+    heights = [view.heights_of(point) for point in found]
     values = np.repeat(
-        [shown.factor * point.value for point in found], [len(part) for part in heights]
+        [view.factor * point.value for point in found], [len(part) for part in heights]
     )
     (marks,) = ax.plot(
         values, np.concatenate(heights), **bifurcation_marker(found[0].kind, size), zorder=4

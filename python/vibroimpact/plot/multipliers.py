@@ -162,7 +162,7 @@ def _along(
 
 def _on_circle(found: Bifurcation) -> NDArray[np.complex128]:
     """Return the multiplier that crosses at a bifurcation, or the pair."""
-    values = found.motion.multipliers
+    values: NDArray[np.complex128] = found.motion.multipliers
     if found.kind == "neimark_sacker":
         pair = np.argsort(np.where(values.imag == 0.0, np.inf, np.abs(np.abs(values) - 1.0)))
         return values[pair[:2]]

@@ -19,7 +19,7 @@ from ..orbits import (
 )
 from ..run import Run
 from ..single_impact import MotionMap, PeriodicMotions
-from ..structure_motion import StructureSpectrum
+from ..structure_motion import StructureOrbit, StructureSpectrum
 from ..structure_run import StructureRun
 from ..sweeps import Attractor, Basins, Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
 from ..sweeps.structure_diagram_results import StructureDiagram
@@ -104,6 +104,8 @@ def _(sweep: Sweep, **options: Any) -> Any:
 
 @draw.register
 def _(found: Bifurcation, **options: Any) -> Any:
+    if isinstance(found.motion, StructureOrbit):
+        reject("result", found, "a result that has a picture: draw a run from motion.state")
     return orbit(found.motion, **options)
 
 

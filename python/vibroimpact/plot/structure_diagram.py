@@ -94,7 +94,7 @@ def structure_bifurcation(
     if section == "stroboscopic":
         states = diagram.stroboscopic[:, int(value == "v"), coordinate]
         axes.scatter(diagram.stroboscopic_parameter, states, color=BLACK, **style)
-        axes.set_ylabel(f"${coordinate_symbol(value, coordinate)}$ once per drive period")
+        axes.set_ylabel(value_label(section, value, coordinate))
     else:
         _draw_impacts(axes, diagram, value, coordinate, style, legend)
     ended = np.isin(diagram.status, ("completed", "restarted", "rest"))
@@ -140,7 +140,11 @@ def _draw_impacts(
             for name, color in entries.items()
         ]
         curve_legend(axes, legend, handles)
-    if value in _IMPACT_VALUES:
-        axes.set_ylabel(_IMPACT_VALUES[value])
-    else:
-        axes.set_ylabel(f"${coordinate_symbol(value, coordinate)}$ at impacts")
+    axes.set_ylabel(value_label("impact", value, coordinate))
+
+
+def value_label(section: str, value: str, coordinate: int) -> str:
+    """Return the name on the axis of what of a section is drawn."""
+    if section == "stroboscopic":
+        return f"${coordinate_symbol(value, coordinate)}$ once per drive period"
+    return _IMPACT_VALUES.get(value, f"${coordinate_symbol(value, coordinate)}$ at impacts")

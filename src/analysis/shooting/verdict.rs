@@ -82,7 +82,7 @@ impl fmt::Display for Rejection {
 }
 
 /// A number with three digits, without zeros at its end; as a power of ten if it is small or large.
-struct Digits(f64);
+pub(crate) struct Digits(pub(crate) f64);
 
 impl fmt::Display for Digits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -115,6 +115,11 @@ impl Stop {
         stop
     }
 
+    /// The same stop, its phase ahead by this angle.
+    pub(super) fn turned(&self, angle: f64) -> Self {
+        Self { phase: self.phase + angle, ..self.clone() }
+    }
+
     /// Refuses what no structure could have as a stop.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         let count = self.normal.len();

@@ -117,6 +117,11 @@ impl Motion {
         self.free.structure()
     }
 
+    /// Gap of a stop and its rate u in a state.
+    pub(crate) fn gap(&self, stop: usize, clock: Clock, state: &StructureState) -> (f64, f64) {
+        self.free.gap(stop, clock, &state.q, &state.v)
+    }
+
     /// The motion while these stops stay closed; `None`: no force does it.
     pub(super) fn held(&self, closed: Closed) -> Option<Arc<LinearMotion>> {
         let Ok(mut known) = self.closed.lock() else { return None };

@@ -3,47 +3,88 @@
 use nalgebra::{DMatrix, RowDVector};
 
 use super::rates::Linearised;
-use crate::impact::{Regime, RegimeKind, StopImpact};
+use crate::impact::{PathEnd, Regime, RegimeKind, StopImpact};
 use crate::model::contact_coordinates::ContactCoordinates;
+use crate::model::parameters::ImpactLaw;
 use crate::model::state::Clock;
 use crate::model::structure::Structure;
 use crate::numerics::dual::{Dual, Number};
 use crate::simulate::structure::StopImpactEvent;
-use crate::tangent::impact::regime_path;
+use crate::tangent::border::BorderValue;
+use crate::tangent::impact::{regime_borders, regime_path};
 
-/// u and s.
-type Pair = Dual<2>;
+/// With derivatives by u, s, r and mu.
+pub(crate) type Four = Dual<4>;
 
-/// Derivatives of the normal and the tangential impulse by u and s.
-fn impulses(structure: &Structure, impact: &StopImpact, slip: f64) -> [[f64; 2]; 2] {
-    let (at, rows) = (&structure.stops()[impact.stop], structure.contact(impact.stop));
-    let numbers =
-        ContactCoordinates::new(impact.approach_velocity, slip, rows.mobilities, at.friction());
-    let constant = Pair::constant;
-    let u = Pair::variable(impact.approach_velocity, 0);
-    let w = if numbers.scale > 0.0 {
-        Pair::variable(slip, 1) / constant(numbers.scale)
-    } else {
-        constant(0.0)
-    };
-    let coupling = constant(numbers.coupling);
-    let contact = ContactCoordinates {
-        slip: w,
-        parting: coupling * w - u,
-        coupling,
-        mobility: constant(numbers.mobility),
-        scale: constant(numbers.scale),
-        side: numbers.side,
-        friction: constant(numbers.friction),
-    };
-    let direction = match impact.regime {
-        Regime::Frictionless => 1.0,
+/// The impact on a stop in a regime that is held fixed.
+pub(crate) struct StopInRegime {
+    contact: ContactCoordinates<Four>,
+    restitution: Four,
+    kind: RegimeKind,
+    direction: f64,
+    switch: Four,
+    end: PathEnd<Four>,
+    law: ImpactLaw,
+    /// Whether the stop and its only body leave nothing but slip to move.
+    one_body: bool,
+}
+
+impl StopInRegime {
+    /// From u and s before; `direction` is that of slip there.
+    pub fn new(
+        structure: &Structure,
+        stop: usize,
+        (approach, slip): (f64, f64),
+        (kind, direction): (RegimeKind, f64),
+    ) -> Self {
+        let (at, rows) = (&structure.stops()[stop], structure.contact(stop));
+        let numbers = ContactCoordinates::new(approach, slip, rows.mobilities, at.friction());
+        let constant = Four::constant;
+        let u = Four::variable(approach, 0);
+        let w = if numbers.scale > 0.0 {
+            Four::variable(slip, 1) / constant(numbers.scale)
+        } else {
+            constant(0.0)
+        };
+        let coupling = constant(numbers.coupling);
+        let contact = ContactCoordinates {
+            slip: w,
+            parting: coupling * w - u,
+            coupling,
+            mobility: constant(numbers.mobility),
+            scale: constant(numbers.scale),
+            side: numbers.side,
+            friction: Four::variable(numbers.friction, 3),
+        };
+        let (restitution, law) = (Four::variable(at.restitution(), 2), structure.law());
+        let direction = if direction == 0.0 { 1.0 } else { direction };
+        let (switch, end) = regime_path(&contact, (restitution, &law), kind, direction);
+        let one_body = structure.coordinates() == 1 && at.amplitude() == 0.0;
+        Self { contact, restitution, kind, direction, switch, end, law, one_body }
+    }
+
+    /// Normal and tangential impulse.
+    pub fn impulses(&self) -> [Four; 2] {
+        [self.end.impulse_normal, self.end.impulse_tangential]
+    }
+
+    /// What must be positive for this regime.
+    pub fn borders(&self) -> Vec<BorderValue> {
+        let Self { contact, restitution, kind, direction, switch, end, law, one_body } = self;
+        if *kind == RegimeKind::Frictionless || !law.is_coulomb() {
+            return Vec::new();
+        }
+        regime_borders(contact, *restitution, (*kind, *direction), (*switch, end), *one_body)
+    }
+}
+
+/// The direction of slip that an impact knows, from the slip before; 0 without friction.
+pub(crate) fn direction_of(regime: Regime, slip: f64) -> f64 {
+    match regime {
+        Regime::Frictionless => 0.0,
         Regime::Slip { direction } => direction,
         _ => 1f64.copysign(slip),
-    };
-    let law = (constant(at.restitution()), &structure.law());
-    let (_, end) = regime_path(&contact, law, impact.regime.kind(), direction);
-    [end.impulse_normal.slope, end.impulse_tangential.slope]
+    }
 }
 
 /// n . (rows of q'), row of a matrix of perturbations.
@@ -99,14 +140,17 @@ impl Linearised {
         let count = structure.coordinates();
         let du = self.rate_change(impact.stop, event.clock, events, delay);
         let slip = structure.slip(impact.stop, &event.pre.v);
-        let [normal, tangential] = impulses(structure, impact, slip);
+        let regime = (impact.regime.kind(), direction_of(impact.regime, slip));
+        let at = (impact.approach_velocity, slip);
+        let [normal, tangential] =
+            StopInRegime::new(structure, impact.stop, at, regime).impulses().map(|p| p.slope);
         if impact.regime.kind() == RegimeKind::Frictionless {
             push(structure, impact.stop, events, &(du * normal[0]), None);
             return;
         }
         let tangent = structure.stops()[impact.stop].tangent().unwrap_or(&[]);
         let ds = along(tangent, events, count);
-        let of = |by: [f64; 2]| &du * by[0] + &ds * by[1];
+        let of = |by: [f64; 4]| &du * by[0] + &ds * by[1];
         push(structure, impact.stop, events, &of(normal), Some(&of(tangential)));
     }
 

@@ -1,0 +1,220 @@
+//! The impacts of one orbit in their order.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::impact::RegimeKind;
+use crate::model::error::{ParameterError, SimulationError, StateError};
+use crate::model::structure::{Structure, StructureState};
+use crate::numerics::cancel::CancelToken;
+use crate::simulate::event::StopReason;
+use crate::simulate::structure::StructureEvent;
+use crate::simulate::{Horizon, Simulation};
+use crate::tangent::structure::direction_of;
+use crate::tangent::tolerances::MOST_LEGS;
+
+/// A leg of a motion of a structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum StopLeg {
+    /// A flight to an impact.
+    Impact {
+        /// Which stop.
+        stop: usize,
+        /// Its regime,
+        regime: RegimeKind,
+        /// and the sign of the slip before it, 0 without friction.
+        direction: i8,
+    },
+    /// A motion without impacts: alone.
+    Circuit,
+}
+
+impl fmt::Display for StopLeg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Circuit => f.write_str("circuit"),
+            Self::Impact { stop, regime, direction: 0 } => {
+                write!(f, "impact {stop}:{}", regime.name())
+            }
+            Self::Impact { stop, regime, direction } => {
+                let sign = if *direction > 0 { '+' } else { '-' };
+                write!(f, "impact {stop}:{}:{sign}", regime.name())
+            }
+        }
+    }
+}
+
+impl FromStr for StopLeg {
+    type Err = ParameterError;
+
+    fn from_str(text: &str) -> Result<Self, ParameterError> {
+        let unknown = || {
+            let allowed = "circuit, or as impact 0:slip:+";
+            ParameterError::new("leg", text.to_owned(), allowed)
+        };
+        if text == "circuit" {
+            return Ok(Self::Circuit);
+        }
+        let rest = text.strip_prefix("impact ").ok_or_else(unknown)?;
+        let mut parts = rest.split(':');
+        let stop = parts.next().and_then(|part| part.parse().ok()).ok_or_else(unknown)?;
+        let name = parts.next().ok_or_else(unknown)?;
+        let regime =
+            RegimeKind::ALL.iter().copied().find(|kind| kind.name() == name).ok_or_else(unknown)?;
+        let direction = match parts.next() {
+            None => 0,
+            Some("+") => 1,
+            Some("-") => -1,
+            Some(_) => return Err(unknown()),
+        };
+        if parts.next().is_some() || (direction == 0) != (regime == RegimeKind::Frictionless) {
+            return Err(unknown());
+        }
+        Ok(Self::Impact { stop, regime, direction })
+    }
+}
+
+/// The impacts of an orbit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StructureItinerary {
+    /// The legs in order; the first follows on the last.
+    pub legs: Vec<StopLeg>,
+    /// Drive periods after which the motion repeats.
+    pub periods: i64,
+    /// Completed drive periods at the start of each leg, counted from any.
+    pub clocks: Vec<i64>,
+}
+
+/// Why a motion has no such sequence.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StructureItineraryError {
+    /// Bad input.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// Bad input.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// A failed computation.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The motion ends.
+    #[error("the motion ends: {}", .0.name())]
+    Stopped(StopReason),
+    /// A stop stays closed for a while, or infinitely many impacts follow one another.
+    #[error("the motion has {0} at stop {1}; what is followed are sequences of impacts")]
+    NotImpacts(&'static str, usize),
+    /// Several stops are struck at one instant.
+    #[error(
+        "stops {0} and {1} are struck at one instant; what is followed are sequences of impacts at \
+         instants of their own"
+    )]
+    Together(usize, usize),
+    /// More impacts than dense matrices are made for.
+    #[error("{0} impacts are more than the {MOST_LEGS} that can be solved for")]
+    TooLong(usize),
+}
+
+impl StructureItinerary {
+    /// Of these legs.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an empty or inconsistent sequence.
+    pub fn new(legs: Vec<StopLeg>, periods: i64, clocks: Vec<i64>) -> Result<Self, ParameterError> {
+        if periods < 1 {
+            return Err(ParameterError::new("periods", periods, "a whole number >= 1"));
+        }
+        if legs.is_empty() || (legs.contains(&StopLeg::Circuit) && legs.len() > 1) {
+            return Err(ParameterError::new("legs", legs.len(), "a circuit alone, or impacts"));
+        }
+        if clocks.len() != legs.len() {
+            return Err(ParameterError::new("clocks", clocks.len(), "as many as legs"));
+        }
+        // Their sums and differences are counted too.
+        let most = 1i64 << 53;
+        for (name, count) in
+            [("periods", periods)].into_iter().chain(clocks.iter().map(|&clock| ("clocks", clock)))
+        {
+            if !(-most..=most).contains(&count) {
+                return Err(ParameterError::new(name, count, "at most 2^53"));
+            }
+        }
+        Ok(Self { legs, periods, clocks })
+    }
+
+    /// Numbers of a node of a structure of so many coordinates.
+    #[must_use]
+    pub fn width(&self, coordinates: usize) -> usize {
+        2 * coordinates + usize::from(self.legs != [StopLeg::Circuit])
+    }
+
+    /// The legs of one orbit of so many drive periods from this state at t = 0, to which it comes
+    /// back, and the nodes row by row. `cancel` ends it.
+    ///
+    /// # Errors
+    /// [`StructureItineraryError`]
+    pub fn follow(
+        structure: &Structure,
+        initial: &StructureState,
+        periods: i64,
+        max_events: u64,
+        cancel: &CancelToken,
+    ) -> Result<(Self, Vec<f64>), StructureItineraryError> {
+        if periods < 1 || structure.drive_frequency() == 0.0 {
+            let allowed = "a whole number >= 1, of a structure that is driven";
+            return Err(ParameterError::new("periods", periods, allowed).into());
+        }
+        let mut simulation = Simulation::new(structure, initial.clone())?
+            .until(Horizon::Periods(periods))
+            .max_events(max_events)
+            .cancel_with(cancel);
+        let (mut ended, mut clocks, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
+        let mut last: Option<(f64, usize)> = None;
+        loop {
+            let Some(event) = simulation.advance(&mut ()) else { break };
+            match event? {
+                StructureEvent::Impact(event) => {
+                    let stop = event.impact.stop;
+                    if let Some((time, other)) = last
+                        && time == event.time
+                    {
+                        return Err(StructureItineraryError::Together(other, stop));
+                    }
+                    last = Some((event.time, stop));
+                    let slip = structure.slip(stop, &event.pre.v);
+                    let direction = direction_of(event.impact.regime, slip) as i8;
+                    let regime = event.impact.regime.kind();
+                    ended.push(StopLeg::Impact { stop, regime, direction });
+                    clocks.push(event.clock.period);
+                    nodes.extend(event.post.q.iter().chain(&event.post.v));
+                    nodes.push(event.clock.time_in_period);
+                    if ended.len() > MOST_LEGS {
+                        return Err(StructureItineraryError::TooLong(ended.len()));
+                    }
+                }
+                StructureEvent::Chatter(event) => {
+                    return Err(StructureItineraryError::NotImpacts(
+                        "complete chatter",
+                        event.stop,
+                    ));
+                }
+                StructureEvent::Closed(event) | StructureEvent::Release(event) => {
+                    return Err(StructureItineraryError::NotImpacts("lasting contact", event.stop));
+                }
+                StructureEvent::Graze(_) => {}
+                StructureEvent::Stop(event) if event.reason.reached_the_end() => break,
+                StructureEvent::Stop(event) => {
+                    return Err(StructureItineraryError::Stopped(event.reason));
+                }
+            }
+        }
+        if ended.is_empty() {
+            let nodes = initial.q.iter().chain(&initial.v).copied().collect();
+            return Ok((Self { legs: vec![StopLeg::Circuit], periods, clocks: vec![0] }, nodes));
+        }
+        // A leg leads from its node to the next impact.
+        ended.rotate_left(1);
+        Ok((Self { legs: ended, periods, clocks }, nodes))
+    }
+}
