@@ -305,6 +305,23 @@ def test_the_motion_settled_on(rig):
     assert imread("o.png").std() > 0.0
 
 
+def test_a_branch_with_its_bifurcations(rig):
+    line = "orbits --follow drive-frequency 1.6 2.6 --value v-pre-0 --csv b.csv --plot b.png"
+    out = rig(line, text=PLAIN_FILE)
+    motion = vi.simulate(PLAIN, initial=[[0], [0]], periods=200).refine()
+    branch = motion.follow(drive_frequency=(1.6, 2.6))
+    columns = table("b.csv")
+    points = columns["kind"].count("point")
+    assert numbers(columns, "drive_frequency")[:points] == branch.values.tolist()
+    last = branch.pieces[-1].motion(len(branch.pieces[-1].values) - 1)
+    assert numbers(columns, "initial_q_0")[points - 1] == last.state[0, 0]
+    assert columns["kind"][points:] == [str(found.kind) for found in branch.bifurcations]
+    assert branch.bifurcations
+    for printed, found in zip(out.splitlines()[1:], branch.bifurcations, strict=False):
+        assert printed.split()[:2] == [str(found.kind), repr(found.value)]
+    assert imread("b.png").std() > 0.0
+
+
 @pytest.mark.parametrize("example", template.EXAMPLES)
 def test_examples_are_complete(run_command, tmp_path, example):
     path = tmp_path / "new.toml"
@@ -427,7 +444,10 @@ def test_slips_in_a_json_are_named(rig, text, words):
         ("lyapunov --vary gap 1 2 3 --quiet", "gap = "),
         ("orbits --n 1", "--n is not for structures; allowed: a system of two bodies"),
         ("orbits --search 3", "--search is not for structures"),
-        ("orbits --follow gap 0.3 0.4", "--follow is not for structures"),
+        ("orbits --follow gap 0.1 0.2", "gap"),
+        ("orbits --follow gap-0 0.4 0.5", "gap_0 = (0.4, 0.5)"),
+        ("orbits --follow mass 0 1", "--follow mass: allowed are drive-frequency"),
+        ("orbits --follow gap-0 0.2 0.4 --plot b.png --value energy-loss", "--value energy-loss: "),
         ("orbits --set drive-frequency 0", "drive_frequency = 0.0"),
         ("chart --vary gap 0 1 3 --vary q-0 0 1 3", "--vary q-0: "),
         ("basins --vary x1 0 1 3 --vary x2 0 1 3", "basins is not for structures"),

@@ -15,6 +15,7 @@ from ..errors import ParameterError
 from ..orbits import Branch, NotFound, PeriodicMotion, follow_motion, search_motions
 from ..orbits.branch import AT_IMPACTS
 from ..orbits.ranges import range_around
+from ..orbits.structure_piece import AT_STOPS
 from ..run import Run
 from ..scales import Units
 from ..simulation import simulate
@@ -36,7 +37,7 @@ and the verdict whether it is one. Which ones:
   --follow NAME FIRST LAST
                   the motion settled on, followed over a parameter, with its
                   bifurcations
-Of a structure the first.
+Of a structure the motion settled on, and followed.
 
 {shared.UNITS}
 {shared.SI}"""
@@ -121,8 +122,9 @@ def add(subparsers: Any) -> None:
     group.add_argument(
         "--value",
         metavar="COLUMN",
-        help="--follow: what of the impacts --plot draws: x1, v1, v2, phase, approach_velocity "
-        "(default: x1, of a wall at rest approach_velocity)",
+        help="--follow: what of the impacts --plot draws: x1, v1, v2, phase, approach_velocity; of "
+        "a structure q-0, v-pre-0, ... (default: x1; of a wall at rest, and of structures, "
+        "approach_velocity)",
     )
     outputs.add_outputs(command, "the motions")
     command.set_defaults(run=run)
@@ -136,7 +138,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         if getattr(options, name) is not None and way != wanted:
             raise ParameterError(f"--{name.replace('_', '-')} goes with --{wanted} only")
     request = shared.Request.of(options)
-    if way is not None:
+    if way in ("n", "search"):
         request.need_two_bodies(f"--{way}")
     system = request.system()
     if system.drive_frequency == 0:
@@ -202,7 +204,7 @@ def _no_motion(request: shared.Request, found: NotFound) -> ExitCode:
 
 def _follow(request: shared.Request, system: System) -> ExitCode:
     options = request.options
-    drawn = request.drawn(AT_IMPACTS)
+    drawn = request.drawn((*AT_IMPACTS, *AT_STOPS))
     word, *ends = options.follow
     name = shared.chosen_name("--follow", word, request.names)
     try:
@@ -320,7 +322,11 @@ def _write_branch(options: argparse.Namespace, branch: Branch, drawn: dict[str, 
 
 def _legs(legs: Iterable[Leg | StopLeg]) -> str:
     """Name legs in their order: 18 x frictionless, impact:slip:+-."""
-    texts = ("frictionless" if leg.regime == Regime.FRICTIONLESS else str(leg) for leg in legs)
+    # Without friction an impact is told by its regime; of a structure by its stop, too.
+    texts = (
+        "frictionless" if isinstance(leg, Leg) and leg.regime == Regime.FRICTIONLESS else str(leg)
+        for leg in legs
+    )
     counted = ((len([*same]), text) for text, same in itertools.groupby(texts))
     return ", ".join(text if number == 1 else f"{number} x {text}" for number, text in counted)
 
