@@ -17,8 +17,6 @@
 mod complementarity;
 mod instant;
 #[cfg(test)]
-mod runs;
-#[cfg(test)]
 mod tests;
 
 use self::complementarity::Complementarity;

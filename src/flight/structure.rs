@@ -11,7 +11,7 @@ use super::drive::{Drive, Trig};
 use crate::model::state::Clock;
 use crate::model::structure::{Coordinates, Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
-use crate::search::first_contact::Start;
+use crate::search::first_contact::{Found, Start};
 use crate::search::gap::GapPoint;
 #[cfg(test)]
 pub(crate) use linear::draws;
@@ -154,6 +154,14 @@ impl StructureMotion {
         }
     }
 
+    /// Time after which velocities have turned; infinite where nothing turns.
+    pub(crate) fn longest(&self) -> f64 {
+        match &self.motion {
+            Motions::Modal(modal) => modal.longest,
+            Motions::Linear(linear) => linear.longest(),
+        }
+    }
+
     /// The flight that starts at `clock` from coordinates q and velocities v, each (N,).
     ///
     /// # Panics
@@ -237,14 +245,14 @@ impl StructureMotion {
 
     /// A bound of the size of a stop's gap from below, cheap and off by rounding; and the sum of the
     /// sizes of its terms, and of its change over a span at this speed.
-    pub(crate) fn at_least_apart(&self, stop: usize, q: &[f64], speed: f64) -> (f64, f64) {
+    pub(crate) fn at_least_apart(&self, stop: usize, q: &[f64], moved: f64) -> (f64, f64) {
         let StopMotion { normal, normal_size, gap, amplitude, .. } = &self.stops[stop];
         let (mut value, mut size) = (-gap, gap.abs() + amplitude.abs());
         for &(place, n) in normal {
             value += n * q[place];
             size += (n * q[place]).abs();
         }
-        (value.abs() - amplitude.abs(), size + normal_size * speed * self.span())
+        (value.abs() - amplitude.abs(), size + normal_size * moved)
     }
 
     /// The gap of a stop at the start of a flight, with its derivatives.
@@ -317,6 +325,26 @@ impl StopMotion {
         [*gap, 0.0, amplitude * cos, -amplitude * sin].map(DoubleDouble::new)
     }
 }
+
+/// What a search up to `left` has told. It may tell a contact that lies just beyond its end as one
+/// just before, to rounding; where stops are met at nearly one instant their order is at stake, and
+/// the search is made again with its end further away, within `span`.
+fn again_at_the_end(
+    told: Found<()>,
+    left: f64,
+    span: f64,
+    search: impl FnOnce(f64) -> Found<()>,
+) -> Found<()> {
+    match told {
+        Found::Contact(touch) if left < span && touch.local_time() > (1.0 - NEAR_END) * left => {
+            search((2.0 * left).min(span))
+        }
+        _ => told,
+    }
+}
+
+/// Part of a search at whose end it is made again.
+const NEAR_END: f64 = 1.0 / 1024.0;
 
 /// In twice the digits.
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -14,12 +14,16 @@ pub(crate) mod double_double;
 #[path = "../../tests/support/judge.rs"]
 #[allow(dead_code)]
 mod judge;
+#[path = "../../tests/support/linear_motion.rs"]
+#[allow(dead_code)]
+mod linear_motion;
 
 use std::f64::consts::{PI, TAU};
 
-use dense::{DenseSearch, ExactMotion, Place, Sample};
+use dense::{DenseSearch, Place};
 use double_double::Dd;
-use judge::{Judge, Last, Level, Measured, Outcome, Searched, Told};
+use judge::{Judge, Last, Level, Outcome, Searched, Told};
+use linear_motion::{Case, Exact, Point};
 use nalgebra::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -108,18 +112,29 @@ impl Oscillators {
         (amplitudes, rates)
     }
 
-    /// The acceleration of both bodies, in double-double; `cos` of the drive.
-    fn acceleration(&self, x: [Dd; 2], v: [Dd; 2], cos: Dd) -> [Dd; 2] {
-        let dd = Dd::new;
-        let force = |of: [Dd; 2], i: usize| {
-            dd(self.stiffness[i]) * of[i] + dd(self.coupling) * (of[i] - of[1 - i])
+    /// The flight in double-double.
+    fn exact(&self, span: f64) -> Exact {
+        let Self { mass: [m1, m2], stiffness: [k1, k2], coupling, damping: [a, b], .. } = *self;
+        let stiffness = [[k1 + coupling, -coupling], [-coupling, k2 + coupling]];
+        let [mut damping, mass] = [stiffness.map(|row| row.map(|k| b * k)), [[m1, 0.0], [0.0, m2]]];
+        (damping[0][0], damping[1][1]) = (damping[0][0] + a * m1, damping[1][1] + a * m2);
+        let rows = |of: [[f64; 2]; 2]| of.map(|row| row.to_vec()).to_vec();
+        let case = Case {
+            mass: rows(mass),
+            stiffness: rows(stiffness),
+            damping: rows(damping),
+            load: vec![0.0; 2],
+            drive: vec![Complex::from(self.force), Complex::default()],
+            frequency: self.frequency,
+            phase: self.phase,
+            normal: vec![1.0, 0.0],
+            gap: self.delta,
+            moving: [0.0; 2],
+            q: self.x.to_vec(),
+            v: self.v.to_vec(),
+            touching: self.touching,
         };
-        std::array::from_fn(|i| {
-            let mass = dd(self.mass[i]);
-            let damping = dd(self.damping[0]) * mass * v[i] + dd(self.damping[1]) * force(v, i);
-            let drive = if i == 0 { dd(self.force) * cos } else { Dd::ZERO };
-            (drive - damping - force(x, i)).divide(mass)
-        })
+        Exact::new(&case, span)
     }
 }
 
@@ -158,10 +173,9 @@ impl StopGap {
 }
 
 impl Gap for StopGap {
-    /// Displacement of body 1, and the jet of the gap.
-    type Instant = (f64, GapPoint, Terms);
-    /// Displacement and velocity of body 1.
-    type State = [f64; 2];
+    /// The terms.
+    type Instant = Terms;
+    type State = ();
 
     fn start(&self) -> (f64, f64) {
         let (x1, delta) = (self.start.x[0], self.start.delta);
@@ -187,18 +201,15 @@ impl Gap for StopGap {
         });
         let [rate, second, third] = [1, 2, 3].map(|order| self.derivative(&terms, order));
         let point = GapPoint { value, rate, second, third };
-        (point, (self.start.x[0] + value, point, terms))
+        (point, terms)
     }
 
-    fn higher(&self, (_, _, terms): &Self::Instant) -> Higher {
+    fn higher(&self, terms: &Self::Instant) -> Higher {
         let [fourth, fifth] = [4, 5].map(|order| self.derivative(terms, order));
         Higher { fourth, fifth }
     }
 
-    fn state(&self, &(x1, point, _): &Self::Instant, h: f64) -> [f64; 2] {
-        let later = GapPoint { value: x1, ..point }.later(h);
-        [later.value, later.rate]
-    }
+    fn state(&self, _: &Self::Instant, _: f64) {}
 }
 
 impl SteppedGap for StopGap {
@@ -265,113 +276,11 @@ impl SteppedGap for StopGap {
     }
 }
 
-/// A flight of the oscillators in double-double.
-#[derive(Debug, Clone, Copy)]
-struct Exact {
-    flight: Oscillators,
-    span: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Point {
-    x: [Dd; 2],
-    v: [Dd; 2],
-    /// Of the drive.
-    cos: Dd,
-    sin: Dd,
-}
-
-impl ExactMotion for Exact {
-    type Point = Point;
-
-    fn touching(&self) -> bool {
-        self.flight.touching
-    }
-
-    fn start(&self) -> Point {
-        let (sin, cos) = Dd::new(self.flight.phase).sin_cos();
-        Point { x: self.flight.x.map(Dd::new), v: self.flight.v.map(Dd::new), cos, sin }
-    }
-
-    fn first_step(&self) -> f64 {
-        self.span / 128.0
-    }
-
-    /// By the Taylor series of the equations of motion, up to terms of 1e-33.
-    fn later(&self, point: &Point, h: Dd) -> Point {
-        let (mut term, mut sum) = (*point, *point);
-        let mut small = 0;
-        for n in 1..200 {
-            let k = h.over(f64::from(n));
-            let Point { x, v, cos, sin } = term;
-            let acceleration = self.flight.acceleration(x, v, cos);
-            let turn = k * Dd::new(self.flight.frequency);
-            term = Point {
-                x: v.map(|v| k * v),
-                v: acceleration.map(|a| k * a),
-                cos: -(turn * sin),
-                sin: turn * cos,
-            };
-            sum = Point {
-                x: [sum.x[0] + term.x[0], sum.x[1] + term.x[1]],
-                v: [sum.v[0] + term.v[0], sum.v[1] + term.v[1]],
-                cos: sum.cos + term.cos,
-                sin: sum.sin + term.sin,
-            };
-            let size = |p: &Point| {
-                [p.x[0], p.x[1], p.v[0], p.v[1], p.cos, p.sin]
-                    .map(|c| c.hi.abs())
-                    .iter()
-                    .sum::<f64>()
-            };
-            // Every second term alone may vanish.
-            small = if size(&term) <= 1e-33 * size(&sum) { small + 1 } else { 0 };
-            if small == 2 {
-                break;
-            }
-        }
-        sum
-    }
-
-    fn gap(&self, &Point { x, v, cos, .. }: &Point) -> dense::Gap {
-        let second = self.flight.acceleration(x, v, cos)[0];
-        dense::Gap { value: x[0] - Dd::new(self.flight.delta), rate: v[0], second }
-    }
-
-    fn sample(&self, time: Dd, point: Point) -> Sample<Point> {
-        let dense::Gap { value, rate, second } = self.gap(&point);
-        Sample { time, point, gap: value, rate: rate.hi, second: second.hi }
-    }
-
-    fn next(&mut self, from: &Sample<Point>) -> Option<Sample<Point>> {
-        let left = Dd::new(self.span) - from.time;
-        if left.hi <= 1e-14 * self.span {
-            return None;
-        }
-        let step = Dd::new(self.first_step().min(left.hi));
-        Some(self.sample(from.time + step, self.later(&from.point, step)))
-    }
-}
-
-impl Measured for Exact {
-    type State = [f64; 2];
-
-    fn size(&self, point: &Point) -> f64 {
-        point.x[0].hi.abs() + self.flight.delta.abs()
-    }
-
-    fn off(&self, point: &Point, told: &[f64; 2]) -> (f64, f64, f64) {
-        let off = |exact: Dd, told: f64| (exact - Dd::new(told)).hi.abs();
-        (off(point.x[0], told[0]), off(point.v[0], told[1]), point.x[0].hi.abs())
-    }
-}
-
 /// The search, followed past grazes.
-fn search(gap: &StopGap) -> Searched<[f64; 2]> {
+fn search(gap: &StopGap) -> Searched<()> {
     let mut start = if gap.start.touching { Start::Touching } else { Start::Apart };
     let (mut grazes, mut evaluations) = (Vec::new(), 0);
-    let told =
-        |touch: Touch<[f64; 2]>| Told { time: [touch.time, touch.offset], state: touch.state };
+    let told = |touch: Touch<()>| Told { time: [touch.time, touch.offset], state: touch.state };
     loop {
         let report = first_contact(gap, start, gap.span);
         evaluations += report.evaluations;
@@ -416,7 +325,7 @@ fn draw(rng: &mut ChaCha8Rng) -> Oscillators {
             }
             _ => {
                 let span = StopGap::new(flight, 1.0).span;
-                let humps: Vec<Place<Point>> = Exact { flight, span }.record_humps();
+                let humps: Vec<Place<Point>> = flight.exact(span).record_humps();
                 if humps.is_empty() {
                     continue;
                 }
@@ -447,7 +356,7 @@ fn audit(flights: usize, trust: f64) -> Counts {
         let flight = draw(&mut rng);
         let gap = StopGap::new(flight, trust);
         let level = Level::new(gap.start().1, gap.bounds().rate, flight.touching);
-        let judge = Judge::new(Exact { flight, span: gap.span }, level, gap.span);
+        let judge = Judge::new(flight.exact(gap.span), level, gap.span);
         let searched = search(&gap);
         let (outcome, errors, _) = judge.judge(&searched);
         assert!(trust < 1.0 || !outcome.is_disagreement(), "{outcome:?} {errors:?} {flight:?}");

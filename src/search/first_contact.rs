@@ -20,13 +20,12 @@ pub(crate) use first_pass::{FirstPass, short_time};
 
 use first_pass::first_pass;
 
-use crate::numerics::EPS;
 use crate::numerics::majorant::first_root;
 use crate::search::gap::{BoundedGap, Gap, GapPoint};
 use crate::search::steps::SteppedGap;
 use crate::search::tolerances::{
-    FLIGHT_NOISE, GRAZE_NOISE, LEAST_PROGRESS, PAUSE_NOISE, SEARCH_PATIENCE, SEARCH_STEPS,
-    SETTLE_PART, SETTLE_STEPS, TAYLOR_PART,
+    GRAZE_NOISE, LEAST_PROGRESS, PAUSE_NOISE, SEARCH_PATIENCE, SEARCH_STEPS, SETTLE_PART,
+    SETTLE_STEPS, TAYLOR_PART,
 };
 
 /// How a local flight starts, as far as the contact is concerned.
@@ -304,10 +303,9 @@ impl<G: Gap> Search<'_, G> {
     fn safe_step(&self, point: &GapPoint, lift: Lift, limit: f64, graze: f64) -> f64 {
         let GapPoint { value, rate, second, third } = *point;
         let fourth = self.gap.bounds.fourth / 24.0;
-        let creep = GRAZE_NOISE * FLIGHT_NOISE * EPS * self.gap.bounds.rate;
         let c = match lift {
             Lift::None => [value + graze, rate, second / 2.0, third / 6.0, fourth],
-            Lift::Once => [rate + creep, second / 2.0, third / 6.0, fourth, 0.0],
+            Lift::Once => [rate + self.gap.creep, second / 2.0, third / 6.0, fourth, 0.0],
             Lift::Twice => [second / 2.0, third / 6.0, fourth, 0.0, 0.0],
             Lift::Thrice => [third / 6.0, fourth, 0.0, 0.0, 0.0],
         };

@@ -11,7 +11,7 @@ pub(crate) use taylor::{GapPoints, Higher};
 
 use crate::numerics::EPS;
 use crate::numerics::lanes::lanes_of;
-use crate::search::tolerances::{FLIGHT_NOISE, GAP_NOISE, REST_NOISE};
+use crate::search::tolerances::{FLIGHT_NOISE, GAP_NOISE, GRAZE_NOISE, REST_NOISE};
 
 /// A gap function along one flight, in local time s from its start.
 pub(crate) trait Gap {
@@ -19,12 +19,20 @@ pub(crate) trait Gap {
     type Instant: Copy;
     /// The state that is handed on with a contact.
     type State: Copy;
+    /// Whether [`Gap::speeds`] says more of the rounding than the bound of |g'| does.
+    const GROWS: bool = false;
 
     /// Value of the gap at the start, and the sum of the sizes of its terms, which sets its
     /// rounding.
     fn start(&self) -> (f64, f64);
     /// Bounds of the derivatives on the local flight.
     fn bounds(&self) -> GapBounds;
+    /// What |g'| and the terms of g' are bounded by at the start, and by what that grows per unit
+    /// time: of short flights with a long span, under a load on a soft spring, say. And the time by
+    /// whose growth a velocity at rest is told.
+    fn speeds(&self, bounds: &GapBounds) -> Speeds {
+        Speeds { first: bounds.rate, growth: 0.0, since: 0.0 }
+    }
     /// The jet at `s`; its value is the change since the start, so that short flights are
     /// relatively exact.
     fn change(&self, s: f64) -> (GapPoint, Self::Instant);
@@ -32,6 +40,14 @@ pub(crate) trait Gap {
     fn higher(&self, instant: &Self::Instant) -> Higher;
     /// The state a short time `h` after an instant.
     fn state(&self, instant: &Self::Instant, h: f64) -> Self::State;
+}
+
+/// A bound of |g'| that grows.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Speeds {
+    pub first: f64,
+    pub growth: f64,
+    pub since: f64,
 }
 
 /// Bounds of derivatives over a local flight.
@@ -63,7 +79,10 @@ pub(crate) struct BoundedGap<'a, G> {
     pub fresh_noise: f64,
     /// A separation velocity below this is rounding and counts as zero.
     pub rest: f64,
+    /// What the gap may rise by rounding alone per unit time.
+    pub creep: f64,
     pub bounds: GapBounds,
+    speeds: Speeds,
 }
 
 impl<'a, G: Gap> BoundedGap<'a, G> {
@@ -73,8 +92,17 @@ impl<'a, G: Gap> BoundedGap<'a, G> {
         let (start, size) = gap.start();
         let fresh_noise = noise(size);
         let (start, start_noise) = if touching { (0.0, 0.0) } else { (start, fresh_noise) };
-        let rest = REST_NOISE * EPS * bounds.rate + 2.0 * bounds.slope_noise;
-        Self { gap, start, start_noise, fresh_noise, rest, bounds }
+        let speeds = gap.speeds(&bounds);
+        let speed = Self::speed(&speeds, &bounds, speeds.since);
+        let rest = REST_NOISE * EPS * speed + 2.0 * bounds.slope_noise;
+        let creep = GRAZE_NOISE * FLIGHT_NOISE * EPS * speed;
+        Self { gap, start, start_noise, fresh_noise, rest, creep, bounds, speeds }
+    }
+
+    /// Bound of |g'| up to local time `s`.
+    #[inline(always)]
+    fn speed(speeds: &Speeds, bounds: &GapBounds, s: f64) -> f64 {
+        if G::GROWS { bounds.rate.min(speeds.first + speeds.growth * s) } else { bounds.rate }
     }
 
     /// Gap function and bodies at local time `s`.
@@ -105,7 +133,8 @@ impl<'a, G: Gap> BoundedGap<'a, G> {
     /// Bound of the rounding error of `at(s).value`.
     #[inline(always)]
     pub fn noise(&self, s: f64) -> f64 {
-        self.start_noise + self.bounds.noise(s)
+        let rate = Self::speed(&self.speeds, &self.bounds, s);
+        self.start_noise + GapBounds { rate, ..self.bounds }.noise(s)
     }
 }
 

@@ -29,6 +29,10 @@ pub(crate) const SETTLE_STEPS: usize = 6;
 /// gap may rise by rounding alone per unit time.
 pub(crate) const REST_NOISE: f64 = 2.0 * GRAZE_NOISE * FLIGHT_NOISE;
 
+/// Part of the time so far in which what loads do to a velocity counts for [`REST_NOISE`], where that
+/// time is short beside a local flight: bounces that are rest are then over in a few roundings of it.
+pub(crate) const REST_TIME: f64 = 1.0 / 16.0;
+
 /// Factor on the bound of the gap's fourth derivative, so that the rounding of the bound
 /// itself (a few dozen operations) cannot make it too small.
 pub(crate) const BOUND_MARGIN: f64 = 1.0 + 1e-12;

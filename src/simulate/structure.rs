@@ -26,13 +26,11 @@ use crate::impact::StopImpact;
 use crate::model::error::StateError;
 use crate::model::state::Clock;
 use crate::model::structure::{Coordinates, Structure, StructureState};
-use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::LANES;
 use crate::search::Start;
 use crate::search::first_contact::{ContactReport, Touch};
 use crate::search::gap::noise;
-use crate::search::tolerances::REST_NOISE;
 
 /// How contact goes on at the closed stops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -147,7 +145,7 @@ impl Model for Structure {
             if gap < -level {
                 continue;
             }
-            let rest = REST_NOISE * EPS * stop.rate_size(speed, self.drive_frequency());
+            let rest = motion.rest(index, Clock::START, speed);
             let start =
                 if rate > rest || rate < -rest { StopStart::Touching } else { StopStart::Landed };
             strikes |= rate > rest;
@@ -276,7 +274,7 @@ impl Model for Structure {
         contact: u32,
         stopped: bool,
     ) -> AnchorOf<Self> {
-        let mut touching = before.touching.landed();
+        let mut touching = before.touching.after(clock > before.clock);
         touching.set(contact, if stopped { StopStart::Stuck } else { StopStart::Landed });
         Anchor { clock, state, phase: Phase::Landing, touching }
     }
@@ -308,12 +306,16 @@ impl Model for Structure {
         let mode = if let Phase::Contact(mode) = after.phase { Some(mode) } else { None };
         let opened = were.iter().copied().find(|stop| !closed.contains(stop));
         let shut = closed.iter().copied().find(|stop| !were.contains(stop));
-        let was = if let Phase::Contact(mode) = before.phase { Some(mode) } else { None };
+        let was = match before.phase {
+            Phase::Contact(mode) => Some(mode),
+            _ => before.touching.were_held,
+        };
         let changed = shut.is_some() || opened.is_some() || (was.is_some() && was != mode);
         if !changed {
             return None;
         }
-        let stop = shut.or(opened).or(closed.first().copied())?;
+        let rubs = closed.iter().copied().find(|&stop| self.rubs(stop));
+        let stop = shut.or(opened).or(rubs).or(closed.first().copied())?;
         let leg = motion.leg(after, clock, after.state.clone());
         let forces = Motion::forces(&leg, DoubleDouble::ZERO);
         let force = forces.iter().find(|force| force.stop == stop as usize);

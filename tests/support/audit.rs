@@ -6,7 +6,9 @@ pub mod double_double;
 mod draw;
 pub mod exact_motion;
 pub mod judge;
+pub mod linear_motion;
 pub mod rounding;
+pub mod structures;
 mod tally;
 
 #[allow(unused_imports)] // each test its own

@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
-use super::{BodyFlight, Oscillator};
+use super::{BodyFlight, Oscillator, Response};
 use crate::flight::Trig;
 
 /// Bounds of |x'|, |x''|, |x'''|, |x''''| during a local flight.
@@ -22,6 +22,19 @@ impl Oscillator {
             (f.rate * f.rate / self.equation.natural_squared + f.a * f.a).sqrt(),
             self.equation.steady_size,
         )
+    }
+
+    /// Whether [`Oscillator::growth`] bounds its motion: nothing of it is a response that cancels.
+    pub fn grows(&self) -> bool {
+        matches!(self.response, Response::Unforced | Response::FromRest(_))
+    }
+
+    /// By what |x'|, and the sum of the terms of x', may grow per unit time in a local flight: what
+    /// accelerates the body, and what its damper takes away.
+    #[inline(always)]
+    pub fn growth(&self, f: &BodyFlight) -> f64 {
+        let [speed, acceleration, ..] = self.derivative_bounds(f);
+        acceleration + 2.0 * self.equation.decay_rate * speed
     }
 
     /// Amplitude of the difference between the steady responses of two bodies.

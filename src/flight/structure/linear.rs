@@ -112,6 +112,11 @@ impl LinearMotion {
         self.equation.span
     }
 
+    /// Time after which its velocities have turned or decayed; infinite where none does.
+    pub fn longest(&self) -> f64 {
+        if self.equation.turns { self.equation.span } else { f64::INFINITY }
+    }
+
     /// Dimension of its states: of y and y', and in stick of tau.
     pub fn dimension(&self) -> usize {
         2 * self.equation.free + usize::from(self.held.is_some())

@@ -40,10 +40,14 @@ pub(super) struct ModalMotion {
     stops: Vec<StopMotion>,
     groups: Vec<StopGroup>,
     pub span: f64,
+    /// Time after which velocities have turned; infinite where nothing turns.
+    pub longest: f64,
     /// Longest local time at which a contact is met.
     pub reach: f64,
     /// Whether the bounds of derivatives hold for all times.
     pub steady: bool,
+    /// Whether all of the modes move by free motion and loads, the rounding of which grows with time.
+    pub grows: bool,
     pub remainder_factor: f64,
     tables: [OnceLock<Table>; LEVELS],
 }
@@ -66,6 +70,8 @@ pub(super) struct Table {
 /// A flight between contacts.
 #[derive(Debug, Clone)]
 pub(super) struct ModalFlight {
+    /// Time of its start.
+    pub since: f64,
     /// By mode; their phases at the start; and the phases of the stops.
     pub modes: SmallVec<[BodyFlight; FEW]>,
     pub phases: SmallVec<[Trig; FEW]>,
@@ -81,6 +87,7 @@ impl ModalMotion {
         let omega = structure.drive_frequency();
         let fastest =
             structure.modes().iter().map(|mode| mode.frequency.value()).fold(omega, f64::max);
+        let turns = fastest > 0.0;
         // Nothing turns: any length will do.
         let fastest = if fastest > 0.0 { fastest } else { 1.0 };
         let span = CHUNK_TURNS * std::f64::consts::TAU / fastest;
@@ -115,10 +122,12 @@ impl ModalMotion {
             drive: Drive::new(omega, structure.phase()),
             steady: modes.iter().all(|mode| mode.oscillator.is_steady()),
             fours: Four::all(structure, &modes),
+            grows: modes.iter().all(|mode| mode.oscillator.grows()),
             modes,
             groups: StopGroup::all(&stops),
             stops,
             span,
+            longest: if turns { span } else { f64::INFINITY },
             reach: if plain { SCAN_SPANS * span } else { span },
             remainder_factor: sextic_remainder(longest / LANES as f64),
             tables: std::array::from_fn(|_| OnceLock::new()),
@@ -209,6 +218,7 @@ impl pulp::NullaryFnOnce for StartOfFlight<'_> {
         let Self { motion, clock, q, v } = self;
         let start = motion.drive.trig_at(clock);
         let mut flight = ModalFlight {
+            since: motion.drive.time(clock),
             modes: SmallVec::with_capacity(motion.modes.len()),
             phases: SmallVec::with_capacity(motion.modes.len()),
             stops: SmallVec::with_capacity(motion.stops.len()),

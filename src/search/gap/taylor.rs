@@ -65,7 +65,8 @@ impl GapPoint {
     #[inline(always)]
     pub(crate) fn rise(&self, higher: Higher, guess: f64) -> (f64, f64) {
         let (time, holds) = self.rise_by_series(higher);
-        if holds { (time, 0.0) } else { self.rise_by_steps(higher, guess) }
+        // At a slope of some least numbers the terms of the series are beyond range.
+        if holds && !time.is_nan() { (time, 0.0) } else { self.rise_by_steps(higher, guess) }
     }
 
     /// Time to the root by reversion of the series, with one division; and whether that is exact

@@ -260,7 +260,8 @@ impl Recorded for Structure {
         for &stop in &closed {
             touching.set(stop, StopStart::Closed);
         }
-        if let Some(stop) = stop {
+        // Where an impact opens a closed stop, an event of its own says so.
+        if let Some(stop) = stop.filter(|stop| !closed.contains(stop)) {
             touching.set(stop, StopStart::Touching);
         }
         let phase = match mode.filter(|_| !closed.is_empty()) {

@@ -1,6 +1,7 @@
 //! How contact with the stops of a structure begins, changes and ends.
 
 use super::motion::Motion;
+use super::strike::Near;
 use super::touching::StopStart;
 use super::{StructureMode, Touched};
 use crate::contact::closed_stops::{Landing, land};
@@ -9,9 +10,9 @@ use crate::model::structure::{Simultaneous, Structure, StructureState};
 use crate::numerics::EPS;
 use crate::search::Start;
 use crate::search::first_contact::Touch;
-use crate::search::tolerances::REST_NOISE;
 use crate::simulate::event::StopReason;
 use crate::simulate::model::Follows;
+use crate::simulate::tolerances::SAME_INSTANT;
 use crate::simulate::{Anchor, AnchorOf, FlightStart, Observer, Phase, Simulation, Turn};
 
 impl Motion {
@@ -42,6 +43,19 @@ impl Motion {
         state
     }
 
+    /// Other stops that are touched to rounding, at rates that the loads would give the structure over
+    /// that rounding alone: bounces on them are lower than any digit. They may stay closed, too.
+    fn touched_slowly(&self, here: &AnchorOf<Structure>) -> Vec<usize> {
+        let StructureState { q, v } = &here.state;
+        let slowly = |&stop: &usize| {
+            let (gap, rate) = self.free.gap(stop, here.clock, q, v);
+            let level = SAME_INSTANT * EPS * self.structure().stops()[stop].gap_size(q);
+            gap.abs() <= level && rate * rate <= 2.0 * self.loads[stop] * level
+        };
+        let all = 0..self.structure().stops().len();
+        all.filter(|&stop| here.touching.of(stop as u32).is_none()).filter(slowly).collect()
+    }
+
     /// What follows where some stops are closed, or touched with g' = 0.
     /// `slip_ended`: one of them whose slip has just stopped.
     pub(crate) fn follows(
@@ -54,21 +68,20 @@ impl Motion {
         let speed = self.speed(&here.state).max(here.touching.speed);
         let mut touching = here.touching.clone();
         touching.were_closed.clear();
-        touching.speed = 0.0;
+        (touching.were_held, touching.speed) = (None, 0.0);
         let mut candidates = Vec::new();
         let stuck = touching.at.iter().find(|(_, start)| *start == StopStart::Stuck);
         let slip_ended = slip_ended.or(stuck.map(|&(stop, _)| stop as usize));
         for stop in touching.candidates() {
             // An impact elsewhere has pulled it off.
             let (_, rate) = self.free.gap(stop as usize, here.clock, q, v);
-            let at = &structure.stops()[stop as usize];
-            let rest = REST_NOISE * EPS * at.rate_size(speed, self.drive.omega);
-            if rate < -rest {
+            if rate < -self.rest(stop as usize, here.clock, speed) {
                 touching.set(stop, StopStart::Touching);
             } else {
                 candidates.push(stop as usize);
             }
         }
+        candidates.extend(self.touched_slowly(here));
         let (closed, leaving) = match land(structure, here.clock, (q, v), &candidates, slip_ended) {
             Landing::Hold { closed, leaving } => (Some(closed), leaving),
             Landing::Separate { leaving } => (None, leaving),
@@ -116,25 +129,27 @@ impl Simulation<Structure> {
     fn strike_from<O: Observer<StructureState>>(
         &mut self,
         clock: Clock,
-        pre: StructureState,
+        mut pre: StructureState,
         stop: u32,
         observer: &mut O,
     ) -> Turn<Structure> {
-        let stop = self.first_in_sequence(clock, &pre, stop);
+        let before = &self.point.anchor;
+        let near = self.motion.near(clock, &pre, before.touching.speed);
+        let stop = self.first_in_sequence(&near, stop);
+        pre.q = self.motion.on_stops(clock, &near, pre.q);
         let (_, rate) = self.motion.free.gap(stop as usize, clock, &pre.q, &pre.v);
         // The search knows that it approaches, also where that is below rounding.
         let approach = rate.max(f64::MIN_POSITIVE);
-        let struck = self.motion.strike(clock, &self.point.anchor.touching, pre, stop, approach);
+        let struck = self.motion.strike(clock, before, pre, &near, stop, approach);
         self.point.monitor.at_contact(stop);
         self.rebound(clock, struck, observer)
     }
 
     /// The lowest number of those that approach at this instant, where one impact follows another.
-    fn first_in_sequence(&self, clock: Clock, pre: &StructureState, stop: u32) -> u32 {
+    fn first_in_sequence(&self, near: &[Near], stop: u32) -> u32 {
         if self.system.simultaneous() != Simultaneous::Sequence {
             return stop;
         }
-        let near = self.motion.near(clock, pre, self.point.anchor.touching.speed);
         let approaching = near.iter().filter(|at| at.moves && at.rate > 0.0);
         approaching.map(|at| at.stop).min().map_or(stop, |lowest| lowest.min(stop))
     }
@@ -169,7 +184,8 @@ impl Simulation<Structure> {
         let clock = self.clock_after(touch.time, touch.offset);
         let elapsed = crate::numerics::double_double::DoubleDouble::sum(touch.time, touch.offset);
         let state = self.motion.state_after(&self.flight, elapsed);
-        let mut touching = self.point.anchor.touching.landed();
+        let anchor = &self.point.anchor;
+        let mut touching = anchor.touching.after(clock > anchor.clock);
         let mut here = Anchor { clock, state, phase: Phase::Landing, touching: touching.clone() };
         let slide = |positive: bool| {
             if positive { StructureMode::SlidePositive } else { StructureMode::SlideNegative }

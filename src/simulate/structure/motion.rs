@@ -10,10 +10,12 @@ use crate::flight::structure::{Closed, LegEvent, LinearFlight, LinearMotion, Sto
 use crate::flight::{Drive, StopContact, StructureFlight, StructureMotion};
 use crate::model::state::Clock;
 use crate::model::structure::{Coordinates, Structure, StructureState};
+use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
 use crate::search::Start;
 use crate::search::first_contact::{Found, Touch};
 use crate::search::gap::GapPoint;
+use crate::search::tolerances::{REST_NOISE, REST_TIME};
 use crate::simulate::model::Leg;
 use crate::simulate::{AnchorOf, Phase};
 
@@ -22,6 +24,8 @@ use crate::simulate::{AnchorOf, Phase};
 pub struct Motion {
     pub(super) free: StructureMotion,
     pub(super) drive: Drive,
+    /// Of each gap, the largest acceleration by loads and drive.
+    pub(super) loads: Vec<f64>,
     /// By set of closed stops, as they come up.
     closed: Mutex<Vec<Arc<LinearMotion>>>,
 }
@@ -29,7 +33,8 @@ pub struct Motion {
 impl Clone for Motion {
     fn clone(&self) -> Self {
         let closed = self.closed.lock().map_or_else(|_| Vec::new(), |closed| closed.clone());
-        Self { free: self.free.clone(), drive: self.drive, closed: Mutex::new(closed) }
+        let (free, loads) = (self.free.clone(), self.loads.clone());
+        Self { free, drive: self.drive, loads, closed: Mutex::new(closed) }
     }
 }
 
@@ -100,9 +105,14 @@ impl StructureMode {
 
 impl Motion {
     pub fn new(structure: &Structure) -> Self {
+        let load = |stop: usize| {
+            let parts = structure.contact(stop).modal_normal.iter().zip(structure.modes());
+            parts.map(|(n, mode)| n.hi.abs() * (mode.load.abs() + mode.drive.norm())).sum()
+        };
         Self {
             free: StructureMotion::new(structure),
             drive: Drive::new(structure.drive_frequency(), structure.phase()),
+            loads: (0..structure.stops().len()).map(load).collect(),
             closed: Mutex::new(Vec::new()),
         }
     }
@@ -111,6 +121,20 @@ impl Motion {
     pub(super) fn speed(&self, state: &StructureState) -> f64 {
         let most = |of: &Coordinates| of.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         most(&state.v) + most(&state.q) / self.free.span()
+    }
+
+    /// The time that velocities have had to grow, and of which the clock has the rounding: all of it
+    /// so far, but no more than a local flight. By this, and not by the length of a local flight
+    /// alone, a soft spring is no different from none.
+    pub(super) fn time_scale(&self, clock: Clock) -> f64 {
+        self.drive.time(clock).min(self.free.longest())
+    }
+
+    /// A rate of a gap below this is rounding, where velocities are up to `speed`. Bounces of less
+    /// than this are over within the rounding of the clock.
+    pub(super) fn rest(&self, stop: usize, clock: Clock, speed: f64) -> f64 {
+        let moved = self.structure().stops()[stop].rate_size(speed, self.drive.omega);
+        REST_NOISE * EPS * (moved + self.loads[stop] * REST_TIME * self.time_scale(clock))
     }
 
     pub(super) fn structure(&self) -> &Structure {

@@ -12,13 +12,16 @@ use super::touching::{StopStart, Touching};
 use crate::contact::closed_stops::impulses;
 use crate::impact::{self, ImpactFailure, Regime, StopImpact};
 use crate::model::state::{Clock, ModelState};
-use crate::model::structure::{Simultaneous, Structure, StructureState};
+use crate::model::structure::{Coordinates, Simultaneous, Structure, StructureState};
 use crate::numerics::EPS;
 use crate::search::tolerances::REST_NOISE;
 use crate::simulate::event::StopReason;
 use crate::simulate::model::{NotStruck, Struck};
 use crate::simulate::tolerances::{MOST_IN_SEQUENCE, SAME_INSTANT};
 use crate::simulate::{Anchor, AnchorOf, FlightStart, Phase};
+
+/// Squared sine of an angle between normals below which their stops are nearly one.
+const NEARLY_ONE: f64 = 1.0 / 64.0;
 
 /// A stop that touches to rounding, and its rate u.
 #[derive(Debug, Clone, Copy)]
@@ -27,6 +30,9 @@ pub(crate) struct Near {
     pub rate: f64,
     /// u is more than rounding: it approaches (> 0), or separates (< 0).
     pub moves: bool,
+    /// It does not, or separates more slowly than loads would move it over the rounding of its gap: a
+    /// bounce lower than any digit.
+    pub stays: bool,
 }
 
 impl Motion {
@@ -38,45 +44,86 @@ impl Motion {
         state: &StructureState,
         before: f64,
     ) -> SmallVec<[Near; 4]> {
-        let speed = self.speed(state);
+        let (speed, time) = (self.speed(state), self.time_scale(clock));
         let mut all = SmallVec::new();
         for (index, stop) in self.structure().stops().iter().enumerate() {
-            let (apart, size) = self.free.at_least_apart(index, &state.q, speed);
-            let level = SAME_INSTANT * EPS * size;
+            let (apart, size) = self.free.at_least_apart(index, &state.q, speed * time);
             // Most are far away. Of hundreds of terms the sum is off by twice the level.
-            if apart > 4.0 * level {
+            if apart > 4.0 * SAME_INSTANT * EPS * size {
                 continue;
             }
             let (gap, rate) = self.free.gap(index, clock, &state.q, &state.v);
-            if gap.abs() <= level {
-                let rest = REST_NOISE * EPS * stop.rate_size(speed.max(before), self.drive.omega);
-                all.push(Near { stop: index as u32, rate, moves: rate.abs() > rest });
+            let moved = stop.rate_size(speed, 0.0) * time;
+            let level = SAME_INSTANT * EPS * stop.gap_size(&state.q);
+            if gap.abs() <= level + SAME_INSTANT * EPS * moved {
+                let moves = rate.abs() > self.rest(index, clock, speed.max(before));
+                let slow = rate < 0.0 && rate * rate <= 2.0 * self.loads[index] * level;
+                all.push(Near { stop: index as u32, rate, moves, stays: !moves || slow });
             }
         }
         all
+    }
+
+    /// The coordinates moved onto all stops that touch to rounding, by the shortest way in the mass
+    /// matrix. What rounding leaves between them would not shrink as the bounces in a corner do, and
+    /// decide one day which stop is met first.
+    pub(super) fn on_stops(&self, clock: Clock, near: &[Near], mut q: Coordinates) -> Coordinates {
+        if near.len() < 2 {
+            return q;
+        }
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut ways: SmallVec<[Coordinates; 4]> = SmallVec::new();
+        for at in near {
+            let stop = at.stop as usize;
+            let normal = self.structure().stops()[stop].normal();
+            let rows = self.structure().contact(stop);
+            let mut way = Coordinates::from_vec(rows.by_normal.clone());
+            for other in &ways {
+                let part = product(normal, other);
+                way.iter_mut().zip(other).for_each(|(way, other)| *way -= part * other);
+            }
+            let square = product(normal, &way);
+            // Between normals of nearly one direction the way could be long.
+            if square < NEARLY_ONE * rows.mobilities[0] {
+                continue;
+            }
+            let (gap, _) = self.free.gap(stop, clock, &q, &q);
+            q.iter_mut().zip(&way).for_each(|(q, way)| *q -= gap / square * way);
+            way.iter_mut().for_each(|way| *way /= square.sqrt());
+            ways.push(way);
+        }
+        q
     }
 
     /// The impact at `stop`, from a state on it that approaches at u, in the leg `before`.
     pub(super) fn strike(
         &self,
         clock: Clock,
-        before: &Touching,
+        before: &AnchorOf<Structure>,
         pre: StructureState,
+        near: &[Near],
         stop: u32,
         approach: f64,
     ) -> Result<Struck<Structure>, NotStruck<Structure>> {
         let structure = self.structure();
+        let were_held = match before.phase {
+            Phase::Contact(mode) => Some(mode),
+            _ => before.touching.were_held,
+        };
+        let before = &before.touching;
         let speed = before.speed.max(self.speed(&pre));
-        let near = self.near(clock, &pre, speed);
         let closed = before.closed();
         // Those that approach, too, and those that are pressed by this impact.
         let seen = |other: u32| structure.sees(stop as usize, other as usize);
         let together =
             near.iter().any(|at| at.stop != stop && at.moves && at.rate > 0.0 && seen(at.stop));
-        let pressed = closed.iter().any(|&at| structure.presses(stop as usize, at as usize));
+        let presses = |other: u32| structure.presses(stop as usize, other as usize);
+        let touched = near.iter().filter(|at| at.stop != stop && at.stays).map(|at| at.stop);
+        let pressed = closed.iter().copied().chain(touched).any(presses);
         let mut touching = Touching {
             in_sequence: before.in_sequence + 1,
             were_closed: before.closed_before(),
+            were_held,
             speed,
             ..before.landed()
         };
@@ -87,7 +134,7 @@ impl Motion {
                 Simultaneous::Sequence => self.strike_one(stop, approach, &pre, &mut post)?,
                 Simultaneous::Together => {
                     // Between walls without clearance no velocity obeys the rule.
-                    let Some(impacts) = self.strike_together(stop, approach, &near, &closed) else {
+                    let Some(impacts) = self.strike_together(stop, approach, near, &closed) else {
                         return Err(NotStruck::Stops(StopReason::Simultaneous, pre));
                     };
                     let mut impacts = impacts.into_iter();
@@ -142,7 +189,7 @@ impl Motion {
         touching.set(stop, StopStart::Touching);
         let mut strikes = !touching.pending.is_empty();
         let mut lands = false;
-        for Near { stop: other, rate, moves } in self.near(clock, &post, touching.speed) {
+        for Near { stop: other, rate, moves, .. } in self.near(clock, &post, touching.speed) {
             if touching.pending.is_empty() && other != stop && moves && rate > 0.0 {
                 strikes = true;
             }
@@ -215,7 +262,7 @@ impl Motion {
             .iter()
             .filter(|at| at.stop != stop)
             .map(|at| {
-                let held = closed.contains(&at.stop) || !at.moves;
+                let held = closed.contains(&at.stop) || at.stays;
                 (at.stop, if held { 0.0 } else { at.rate })
             })
             .collect();

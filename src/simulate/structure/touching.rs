@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
+use super::StructureMode;
 use super::event::ClosedStops;
 use crate::impact::StopImpact;
 
@@ -38,6 +39,9 @@ pub struct Touching {
     pub at: SmallVec<[(u32, StopStart); 4]>,
     /// The stops that were closed before the impacts of this instant.
     pub were_closed: ClosedStops,
+    /// How they were held.
+    #[serde(default)]
+    pub were_held: Option<StructureMode>,
     /// Impacts at one instant so far, one after another.
     pub in_sequence: u32,
     /// The largest speed before the impacts of this instant.
@@ -83,6 +87,12 @@ impl Touching {
         all.extend(others);
         all.sort_unstable();
         all
+    }
+
+    /// What is left of it at a later instant, or still at the same one: what is left there is still
+    /// touched, whatever rounding makes of its gap.
+    pub fn after(&self, later: bool) -> Self {
+        if later { self.landed() } else { Self { at: self.at.clone(), ..Self::default() } }
     }
 
     /// The candidates alone.

@@ -44,6 +44,8 @@ pub(super) struct Row {
 pub(super) struct Equation {
     /// Length of a local flight, the unit of time of what follows.
     pub span: f64,
+    /// Whether anything moves by itself, so that its length is a time of the motion.
+    pub turns: bool,
     /// Dimension of y.
     pub free: usize,
     pub from_place: Matrix,
@@ -168,6 +170,7 @@ impl Equation {
             .collect();
         Some(Self {
             span,
+            turns: fastest > 0.0,
             free,
             from_place,
             from_rate,

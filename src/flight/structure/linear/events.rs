@@ -2,6 +2,7 @@
 
 use super::gap::{Ends, LinearGap};
 use super::{Closed, LinearFlight, LinearMotion};
+use crate::flight::structure::again_at_the_end;
 use crate::flight::tolerances::{LEADING_NOISE, MOST_GRAZES};
 use crate::search::first_contact::{Found, Start, first_contact};
 use crate::search::gap::{Gap, GapPoint};
@@ -72,7 +73,15 @@ impl LinearMotion {
             };
             let mut grazes = 0;
             loop {
-                match first_contact(&gap, start, left).found {
+                let told = first_contact(&gap, start, left).found;
+                match again_at_the_end(told, left, span, |span| {
+                    first_contact(&gap, start, span).found
+                }) {
+                    Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
+                        if touch.local_time().is_nan() =>
+                    {
+                        return LegEvent::Failed { stop: self.stop_of(condition.ends) };
+                    }
                     Found::Contact(touch) if sooner(first, touch.local_time(), left) => {
                         left = touch.local_time();
                         first = Some(condition.ends.at(touch.time, touch.offset));

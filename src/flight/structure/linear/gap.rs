@@ -14,9 +14,9 @@ use crate::model::structure::Structure;
 use crate::numerics::dense::{DEPENDENT, length};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::LANES;
-use crate::search::gap::{Gap, GapBounds, GapPoint, Higher};
+use crate::search::gap::{Gap, GapBounds, GapPoint, Higher, Speeds};
 use crate::search::steps::{Jet, Jets, ScanStart, SteppedGap, Weights, sextic_remainder};
-use crate::search::tolerances::{BOUND_MARGIN, GRAZE_NOISE, SCAN_STEPS};
+use crate::search::tolerances::{BOUND_MARGIN, GRAZE_NOISE, REST_TIME, SCAN_STEPS};
 
 /// What a condition ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -240,6 +240,7 @@ impl Gap for LinearGap<'_> {
     /// The jet, and the next two derivatives.
     type Instant = (GapPoint, Higher);
     type State = ();
+    const GROWS: bool = true;
 
     fn start(&self) -> (f64, f64) {
         self.flight.value(&self.condition.row)
@@ -247,6 +248,18 @@ impl Gap for LinearGap<'_> {
 
     fn bounds(&self) -> GapBounds {
         self.bounds_until(self.motion.equation.span)
+    }
+
+    fn speeds(&self, _: &GapBounds) -> Speeds {
+        let Equation { span, turn, .. } = self.motion.equation;
+        let longest = self.motion.longest();
+        let [place, _, rate, turning] = self.condition.norms;
+        let z = self.flight.bounds(&self.motion.equation, 1.0);
+        let moved = self.flight.rate.iter().map(|y| y * y).sum::<f64>().sqrt();
+        let [_, growth, ..] = self.derivative_bounds(span);
+        let since = REST_TIME * self.motion.drive.time(self.flight.clock).min(longest);
+        let first = (place * moved + rate * z[1] + turning * turn) / span;
+        Speeds { first, growth, since }
     }
 
     fn change(&self, s: f64) -> (GapPoint, Self::Instant) {

@@ -11,6 +11,7 @@ use smallvec::SmallVec;
 use super::begins::Begins;
 use super::shared::Shared;
 use super::stop_gap::StopGap;
+use crate::flight::structure::again_at_the_end;
 use super::{ModalFlight, ModalMotion, StopContact};
 use crate::numerics::lanes::LANES;
 use crate::search::first_contact::{Found, Start, first_contact};
@@ -64,7 +65,16 @@ impl pulp::NullaryFnOnce for ContactSearch<'_> {
             let until = if left < motion.span { left } else { f64::INFINITY };
             let (own, shared) = (&motion.stops[stop], &shared);
             let gap = StopGap { motion, flight, index: stop, stop: own, begin, until, shared };
-            match first_contact(&gap, start, left).found {
+            let told = first_contact(&gap, start, left).found;
+            let told = again_at_the_end(told, left, motion.span, |further| {
+                first_contact(&StopGap { until: f64::INFINITY, ..gap }, start, further).found
+            });
+            match told {
+                Found::Contact(touch) | Found::Graze(touch) | Found::Resting(touch)
+                    if touch.local_time().is_nan() =>
+                {
+                    return StopContact::Failed { stop };
+                }
                 Found::Contact(touch) if is_first(found, stop, touch.local_time(), left) => {
                     left = touch.local_time();
                     let (time, offset) = (touch.time, touch.offset);

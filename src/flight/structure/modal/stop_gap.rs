@@ -8,9 +8,9 @@ use super::{ModalFlight, ModalMotion, StopMotion};
 use crate::flight::drive::{Trig, Turn};
 use crate::flight::oscillator::Motion;
 use crate::numerics::lanes::LANES;
-use crate::search::gap::{Gap, GapBounds, GapPoint, Higher};
+use crate::search::gap::{Gap, GapBounds, GapPoint, Higher, Speeds};
 use crate::search::steps::{Jet, Jets, ScanStart, SteppedGap, Weights};
-use crate::search::tolerances::{BOUND_MARGIN, SCAN_SPANS};
+use crate::search::tolerances::{BOUND_MARGIN, REST_TIME, SCAN_SPANS};
 
 /// The gap of one stop along a flight.
 pub(super) struct StopGap<'a> {
@@ -45,6 +45,7 @@ impl Gap for StopGap<'_> {
     /// The jet, and the next two derivatives.
     type Instant = (GapPoint, Higher);
     type State = ();
+    const GROWS: bool = true;
 
     #[inline(always)]
     fn start(&self) -> (f64, f64) {
@@ -65,6 +66,20 @@ impl Gap for StopGap<'_> {
             fifth: f64::INFINITY,
             sixth: f64::INFINITY,
         }
+    }
+
+    fn speeds(&self, bounds: &GapBounds) -> Speeds {
+        let since = REST_TIME * self.flight.since.min(self.motion.longest);
+        if !self.motion.grows {
+            return Speeds { first: bounds.rate, growth: 0.0, since };
+        }
+        let (mut first, mut growth) = (self.stop_bound(1), self.stop_bound(2));
+        for (i, part) in self.parts() {
+            let body = &self.flight.modes[i];
+            first += part.abs() * body.v.abs();
+            growth += part.abs() * self.motion.modes[i].oscillator.growth(body);
+        }
+        Speeds { first, growth, since }
     }
 
     #[inline(always)]
