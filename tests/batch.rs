@@ -280,8 +280,8 @@ fn runs_and_basins_from_many_starts_are_the_single_ones() {
         // A region around the last section of the first of them.
         let last = single.final_state.clock.period - 1;
         let count = single.impacts.iter().filter(|impact| impact.period == last).count();
-        let factor =
-            std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 5.0 } else { 0.0 }));
+        let row = |i: usize| std::array::from_fn(|j| if i == j { 5.0 } else { 0.0 });
+        let factor = (0..4).map(row).collect();
         let center = single.final_state.state.to_array();
         let targets = [Target { center, factor, counts: vec![count as u32] }];
         let cancel = CancelToken::never();

@@ -10,7 +10,7 @@ use vibroimpact_fuzz::{Draw, assert_finite, execution, is_long};
 fn target(draw: &mut Draw) -> Target {
     let scale = 10f64.powi(draw.below(8) as i32 - 4);
     let odd = draw.below(4) == 3;
-    let mut factor = [[0.0; 4]; 4];
+    let mut factor = vec![[0.0; 4]; 4];
     for (i, row) in factor.iter_mut().enumerate() {
         for (j, entry) in row.iter_mut().enumerate() {
             *entry = match (odd, i == j) {

@@ -1168,7 +1168,7 @@ class Arrivals:
 
     @property
     def states(self) -> NDArray[np.float64]:
-        """(n, 4) state at the arrival or the end; NaN where there is none."""
+        """(n, d) state at the arrival or the end; NaN where there is none."""
 
     @property
     def m(self) -> NDArray[np.int64]:
@@ -1184,14 +1184,14 @@ class Arrivals:
 
     @property
     def tails(self) -> NDArray[np.float64]:
-        """(l, keep, 4) their last sections."""
+        """(l, keep, d) their last sections."""
 
     @property
     def counts(self) -> NDArray[np.int64]:
         """(l, keep) impacts in the drive period before each section, -1 with complete chatter."""
 
 def arrivals(
-    system: System,
+    machine: System | Structure,
     initials: NDArray[np.float64],
     *,
     centers: NDArray[np.float64],
@@ -1204,7 +1204,7 @@ def arrivals(
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> Arrivals:
-    """Follow every start until it arrives at one of the attractors, or for ``periods``.
+    """Follow every start (n, d) until it arrives at one of the attractors, or for ``periods``.
 
     Attractor i is entered where ``|factors[i] @ (X - centers[i])| <= 1`` at a section X, and has
     ``counts[i]`` impacts in the drive periods after ``centers[i]`` (-1: complete chatter).

@@ -9,35 +9,86 @@ use crate::analysis::tolerances::NEAR_ATTRACTOR;
 use std::collections::VecDeque;
 
 use crate::analysis::period::{CHATTERING, PeriodReport, detect_period};
+use crate::model::Point;
 use crate::model::error::{SimulationError, StateError};
 use crate::model::parameters::System;
-use crate::model::state::{Clock, State};
+use crate::model::state::Clock;
+use crate::model::structure::{Structure, StructureState};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::event::{Event, StopEvent, StopReason};
-use crate::simulate::run::RunOptions;
-use crate::simulate::{Job, Observer, Simulation};
+use crate::simulate::event::{Event, EventKind, StopEvent, StopReason};
+use crate::simulate::run::{Kept, Recorded, RunOptions};
+use crate::simulate::{Job, ModelEvent, Observer, Simulation, run_batch};
 
 /// Trapping region of a periodic attractor around one of its section points c: |W (X - c)| <= 1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Target {
+pub struct Target<P = [f64; 4]> {
     /// The section point c.
-    pub center: [f64; 4],
+    pub center: P,
     /// W, row by row.
-    pub factor: [[f64; 4]; 4],
+    pub factor: Vec<P>,
     /// Impacts in each of the m drive periods that follow c, [`CHATTERING`] where infinitely many.
     pub counts: Vec<u32>,
 }
 
-impl Target {
-    /// |W (X - c)|; the angle of a free rotor counts modulo a turn.
-    fn distance(&self, state: &[f64; 4], rotor: bool) -> f64 {
-        let mut off: [f64; 4] = std::array::from_fn(|i| state[i] - self.center[i]);
-        if rotor {
+/// A model whose starts are followed to attractors.
+#[allow(private_interfaces)] // nobody outside of the crate can name the trait
+pub trait Followed: Recorded {
+    /// Takes the whole turns out of a difference of sections, where a coordinate counts modulo a turn.
+    fn unturned(&self, off: &mut Self::Section);
+    /// Follows the starts that `next` gives, at most so many at a time.
+    fn follow_all<'a>(
+        next: &mut dyn FnMut() -> Option<(usize, BasinRun<'a, Self>)>,
+        done: &mut dyn FnMut((usize, BasinRun<'a, Self>)),
+        most: usize,
+    ) where
+        Self: 'a;
+}
+
+impl Followed for System {
+    #[inline]
+    fn unturned(&self, off: &mut [f64; 4]) {
+        if self.is_rotor() {
             let turn = std::f64::consts::TAU;
             off[0] -= turn * (off[0] / turn).round();
         }
-        let row = |w: &[f64; 4]| w.iter().zip(off).map(|(a, b)| a * b).sum::<f64>().powi(2);
-        self.factor.iter().map(row).sum::<f64>().sqrt()
+    }
+
+    /// In the lanes.
+    fn follow_all<'a>(
+        next: &mut dyn FnMut() -> Option<(usize, BasinRun<'a>)>,
+        done: &mut dyn FnMut((usize, BasinRun<'a>)),
+        most: usize,
+    ) where
+        Self: 'a,
+    {
+        run_batch(next, done, most);
+    }
+}
+
+impl Followed for Structure {
+    fn unturned(&self, _: &mut StructureState) {}
+
+    /// One after another.
+    fn follow_all<'a>(
+        next: &mut dyn FnMut() -> Option<(usize, BasinRun<'a, Self>)>,
+        done: &mut dyn FnMut((usize, BasinRun<'a, Self>)),
+        _: usize,
+    ) where
+        Self: 'a,
+    {
+        while let Some((place, mut run)) = next() {
+            run.run_out();
+            done((place, run));
+        }
+    }
+}
+
+impl<P: Point> Target<P> {
+    /// |W (X - c)|; the angle of a free rotor counts modulo a turn.
+    fn distance(&self, state: &P, unturned: impl Fn(&mut P)) -> f64 {
+        let mut off = state.zip(&self.center, |x, c| x - c);
+        unturned(&mut off);
+        self.factor.iter().map(|row| row.dot(&off).powi(2)).sum::<f64>().sqrt()
     }
 }
 
@@ -64,29 +115,29 @@ pub enum ArrivalStatus {
 
 /// Where a start ended up.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Arrival {
+pub struct Arrival<P = [f64; 4]> {
     /// How its run ended.
     pub status: ArrivalStatus,
     /// Its state where it arrived or ended.
-    pub state: Option<[f64; 4]>,
+    pub state: Option<P>,
     /// The last sections of a start that reached the end of its run without arriving,
-    pub tail: Vec<[f64; 4]>,
+    pub tail: Vec<P>,
     /// the impacts in the drive period that ends at each of them,
     pub counts: Vec<u32>,
     /// and the period they show.
     pub period: Option<PeriodReport>,
 }
 
-impl Arrival {
+impl<P> Arrival<P> {
     pub(crate) fn empty(status: ArrivalStatus) -> Self {
         Self { status, state: None, tail: Vec::new(), counts: Vec::new(), period: None }
     }
 }
 
 /// Compares every section with the targets, and keeps the last of them.
-pub(crate) struct Watch<'a> {
-    targets: &'a [Target],
-    rotor: bool,
+pub(crate) struct Watch<'a, M: Recorded> {
+    system: &'a M,
+    targets: &'a [Target<M::Section>],
     /// Ends the run of this start alone, once it has arrived.
     own: CancelToken,
     /// Impacts since the last section.
@@ -94,18 +145,23 @@ pub(crate) struct Watch<'a> {
     keep: usize,
     /// Longest cycle of a target.
     longest: usize,
-    sections: VecDeque<[f64; 4]>,
+    sections: VecDeque<M::Section>,
     counts: VecDeque<u32>,
     /// For each target the section that entered its region last, and its distance there.
     entered: Vec<Option<(i64, f64)>>,
-    arrived: Option<(usize, i64, [f64; 4])>,
+    arrived: Option<(usize, i64, M::Section)>,
 }
 
-impl<'a> Watch<'a> {
-    fn new(targets: &'a [Target], system: &System, options: &RunOptions, own: CancelToken) -> Self {
+impl<'a, M: Followed> Watch<'a, M> {
+    fn new(
+        targets: &'a [Target<M::Section>],
+        system: &'a M,
+        options: &RunOptions,
+        own: CancelToken,
+    ) -> Self {
         Self {
+            system,
             targets,
-            rotor: system.is_rotor(),
             own,
             impacts: 0,
             keep: usize::try_from(options.keep.unwrap_or(0)).unwrap_or(0),
@@ -118,20 +174,20 @@ impl<'a> Watch<'a> {
     }
 
     /// Whether the last drive periods had the impacts of the target's cycle.
-    fn cycled(&self, target: &Target) -> bool {
+    fn cycled(&self, target: &Target<M::Section>) -> bool {
         let pairs = self.counts.iter().rev().zip(target.counts.iter().rev());
         self.counts.len() >= target.counts.len() && pairs.into_iter().all(|(a, b)| a == b)
     }
 }
 
-impl Observer for Watch<'_> {
+impl<M: Followed> Observer<M::State> for Watch<'_, M> {
     const SECTIONS: bool = true;
 
-    fn section(&mut self, k: i64, state: &State) {
+    fn section(&mut self, k: i64, state: &M::State) {
         if self.arrived.is_some() {
             return; // a long flight may pass further sections
         }
-        let state = state.to_array();
+        let state = M::section(state);
         if self.sections.len() == self.keep {
             self.sections.pop_front();
         }
@@ -139,11 +195,11 @@ impl Observer for Watch<'_> {
             self.counts.pop_front();
         }
         if self.keep > 0 {
-            self.sections.push_back(state);
+            self.sections.push_back(state.clone());
         }
         self.counts.push_back(std::mem::take(&mut self.impacts));
         for (number, target) in self.targets.iter().enumerate() {
-            let distance = target.distance(&state, self.rotor);
+            let distance = target.distance(&state, |off| self.system.unturned(off));
             let cycle = target.counts.len() as i64;
             if let Some((at, before)) = self.entered[number] {
                 if k < at + cycle {
@@ -160,47 +216,42 @@ impl Observer for Watch<'_> {
         }
     }
 
-    fn skips(&mut self, _: Clock, _: &State) -> bool {
+    fn skips(&mut self, _: Clock, _: &M::State) -> bool {
         self.impacts = self.impacts.saturating_add(1);
         true
     }
 }
 
 /// The run of one start.
-pub(crate) struct BasinRun<'a> {
-    simulation: Simulation,
-    watch: Watch<'a>,
-    end: Option<StopEvent>,
+pub struct BasinRun<'a, M: Recorded = System> {
+    simulation: Simulation<M>,
+    watch: Watch<'a, M>,
+    end: Option<StopEvent<M::State>>,
     failed: bool,
 }
 
 impl<'a> Job for BasinRun<'a> {
-    type Watch = Watch<'a>;
+    type Watch = Watch<'a, System>;
     type Beside = ();
 
-    fn parts(&mut self) -> (&mut Simulation, &mut Watch<'a>) {
+    fn parts(&mut self) -> (&mut Simulation, &mut Watch<'a, System>) {
         (&mut self.simulation, &mut self.watch)
     }
 
     fn take(&mut self, event: Result<Event, SimulationError>) {
-        match event {
-            Ok(Event::Chatter(_)) => self.watch.impacts = CHATTERING,
-            Ok(Event::Stop(stop)) => self.end = Some(stop),
-            Ok(_) => {}
-            Err(_) => self.failed = true,
-        }
+        self.took(event);
     }
 }
 
-impl<'a> BasinRun<'a> {
+impl<'a, M: Followed> BasinRun<'a, M> {
     /// From `initial`; `cancel` leaves it pending.
     ///
     /// # Errors
     /// [`StateError`] if the bodies overlap there.
-    pub fn new(
-        system: &System,
-        initial: State,
-        targets: &'a [Target],
+    pub(crate) fn new(
+        system: &'a M,
+        initial: M::State,
+        targets: &'a [Target<M::Section>],
         options: RunOptions,
         cancel: &CancelToken,
     ) -> Result<Self, StateError> {
@@ -215,9 +266,29 @@ impl<'a> BasinRun<'a> {
         Ok(Self { simulation, watch, end: None, failed: false })
     }
 
+    fn took(&mut self, event: Result<M::Event, SimulationError>) {
+        let Ok(event) = event else {
+            self.failed = true;
+            return;
+        };
+        if let Some(stop) = event.as_stop() {
+            self.end = Some(stop.clone());
+        } else if event.is_impact() {
+            self.watch.impacts = self.watch.impacts.saturating_add(1); // one that was not passed over
+        } else if let (_, _, Kept::Contact(EventKind::Chatter, _)) = M::kept(&event) {
+            self.watch.impacts = CHATTERING;
+        }
+    }
+
+    fn run_out(&mut self) {
+        while let Some(event) = self.simulation.advance(&mut self.watch) {
+            self.took(event);
+        }
+    }
+
     /// Goes on to the end, and says where it has come to.
-    pub fn arrive(mut self) -> Arrival {
-        self.finish();
+    pub(crate) fn arrive(mut self) -> Arrival<M::Section> {
+        self.run_out();
         let Self { watch, end, failed, .. } = self;
         if failed {
             return Arrival::empty(ArrivalStatus::Failed);
@@ -230,7 +301,7 @@ impl<'a> BasinRun<'a> {
             return Arrival::empty(ArrivalStatus::Pending);
         };
         let mut arrival = Arrival::empty(ArrivalStatus::Elsewhere(stop.reason));
-        arrival.state = Some(stop.state.to_array());
+        arrival.state = Some(M::section(&stop.state));
         if stop.reason.reached_the_end() {
             arrival.tail = watch.sections.into();
             let spare = watch.counts.len().saturating_sub(arrival.tail.len());
@@ -245,13 +316,13 @@ impl<'a> BasinRun<'a> {
 /// Follows a start until it arrives at one of the targets, or to the end. `cancel` leaves
 /// it pending.
 #[must_use]
-pub fn arrive(
-    system: &System,
-    initial: State,
-    targets: &[Target],
+pub fn arrive<M: Followed>(
+    system: &M,
+    initial: M::State,
+    targets: &[Target<M::Section>],
     options: RunOptions,
     cancel: &CancelToken,
-) -> Arrival {
+) -> Arrival<M::Section> {
     match BasinRun::new(system, initial, targets, options, cancel) {
         Ok(run) => run.arrive(),
         Err(_) => Arrival::empty(ArrivalStatus::Overlap),
@@ -261,6 +332,7 @@ pub fn arrive(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::state::State;
     use crate::simulate::run::run;
 
     /// The system in which a 4-5 and a 6-7 motion coexist (docs/coexistence.md).
@@ -289,10 +361,14 @@ mod tests {
     /// A ball around the last section of a run that has settled.
     fn target(initial: [f64; 4], m: usize) -> Target {
         let settled = go(&coexisting(), initial, &[], 4000);
-        let mut factor = [[0.0; 4]; 4];
+        let mut factor = vec![[0.0; 4]; 4];
         (0..4).for_each(|i| factor[i][i] = 1e4);
         let counts = settled.counts[settled.counts.len() - m..].to_vec();
         Target { center: settled.tail[settled.tail.len() - 1], factor, counts }
+    }
+
+    fn distance(target: &Target, state: &[f64; 4]) -> f64 {
+        target.distance(state, |off| coexisting().unturned(off))
     }
 
     const TO_4_5: [f64; 4] = [0.0, 0.0, 0.0, 0.0];
@@ -323,10 +399,10 @@ mod tests {
                 panic!("{arrival:?}")
             };
             assert_eq!(target, expected);
-            assert!(targets[target].distance(&arrival.state.unwrap(), false) <= 1.0);
+            assert!(distance(&targets[target], &arrival.state.unwrap()) <= 1.0);
             // The region is entered where it says, not before and not for the last time.
             let at = go(&coexisting(), initial, &[], periods).state.unwrap();
-            assert!(targets[target].distance(&at, false) <= 1.0);
+            assert!(distance(&targets[target], &at) <= 1.0);
         }
     }
 
@@ -358,7 +434,63 @@ mod tests {
         let mut ball = target(TO_4_5, 4);
         ball.center = [0.25, 0.0, 0.0, 0.0];
         let turned = [0.25 - 2.0 * std::f64::consts::TAU, 0.0, 0.0, 0.0];
-        assert!(ball.distance(&turned, true) < 1e-10);
-        assert!(ball.distance(&turned, false) > 1.0);
+        let rotor = System::builder()
+            .mass_ratio(0.6)
+            .frequency_ratio(0.0)
+            .restitution(0.8)
+            .drive_frequency(1.5)
+            .build()
+            .unwrap();
+        assert!(ball.distance(&turned, |off| rotor.unturned(off)) < 1e-10);
+        assert!(distance(&ball, &turned) > 1.0);
+    }
+
+    /// One mass on a spring with one stop, as a structure and as head-on contact of a pendulum with a
+    /// wall: the same motion in the same regions at the same sections.
+    #[test]
+    fn a_structure_arrives_where_and_when_the_same_system_does() {
+        let system = System::builder()
+            .mass_ratio(0.0)
+            .frequency_ratio(1.0)
+            .restitution(0.8)
+            .gap(0.3)
+            .drive_frequency(2.0)
+            .moment_amplitude(1.0)
+            .pendulum_damping(0.05)
+            .contact(crate::model::parameters::Contact::Direct)
+            .build()
+            .unwrap();
+        let structure = Structure::builder(vec![vec![1.0]], vec![vec![1.0]])
+            .damping_ratios([0.05])
+            .drive([1.0.into()], 2.0, 0.0)
+            .stop(crate::model::structure::Stop::new([1.0], 0.3, 0.8))
+            .build()
+            .unwrap();
+        let never = CancelToken::never();
+        let options = RunOptions::periods(400).keep(40);
+        let ends = arrive(&system, state([0.0; 4]), &[], options, &never);
+        let one = StructureState::new(&[0.0], &[0.0]);
+        let left = arrive(&structure, one.clone(), &[], options, &never);
+        assert_eq!(left.counts, ends.counts);
+        assert_eq!(left.period.unwrap().label(), ends.period.unwrap().label());
+        let period = left.period.unwrap().orbit.unwrap().0;
+        let counts = left.counts[left.counts.len() - period..].to_vec();
+        let center = left.tail[left.tail.len() - 1].clone();
+        let row = |q: f64, v: f64| StructureState::new(&[q], &[v]);
+        let target = Target { center, factor: vec![row(1e4, 0.0), row(0.0, 1e4)], counts };
+        let pendulum = Target {
+            center: [target.center.q[0], target.center.v[0], 0.0, 0.0],
+            factor: (0..4)
+                .map(|i| std::array::from_fn(|j| if i == j && i < 2 { 1e4 } else { 0.0 }))
+                .collect(),
+            counts: target.counts.clone(),
+        };
+        let here = arrive(&structure, one, std::slice::from_ref(&target), options, &never);
+        let there = arrive(&system, state([0.0; 4]), &[pendulum], options, &never);
+        assert!(matches!(here.status, ArrivalStatus::Arrived { target: 0, .. }), "{here:?}");
+        assert_eq!(here.status, there.status);
+        let beyond = StructureState::new(&[0.5], &[0.0]);
+        let overlap = arrive(&structure, beyond, &[target], options, &never);
+        assert_eq!(overlap.status, ArrivalStatus::Overlap);
     }
 }

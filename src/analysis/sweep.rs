@@ -12,7 +12,7 @@ pub use rows::SweepRows;
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use crate::analysis::basin::{Arrival, ArrivalStatus, BasinRun, Target};
+use crate::analysis::basin::{Arrival, ArrivalStatus, BasinRun, Followed, Target};
 use crate::analysis::period::PeriodReport;
 use crate::analysis::tolerances::EXPONENT_PERIODS;
 use crate::analysis::workers::{Workers, side_by_side};
@@ -21,9 +21,9 @@ use crate::model::error::{ParameterError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
+use crate::simulate::Simulation;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::{Run, RunError, RunOptions, Together, run, run_together};
-use crate::simulate::{Simulation, run_batch};
 
 /// Where each value of the parameter starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -428,32 +428,32 @@ pub(crate) fn run_and_count<M: Together>(
 ///
 /// # Errors
 /// [`ParameterError`] for a bad option, before any run.
-pub fn arrive_many(
-    system: &System,
-    initials: &[State],
-    targets: &[Target],
+pub fn arrive_many<M: Followed>(
+    system: &M,
+    initials: &[M::State],
+    targets: &[Target<M::Section>],
     options: RunOptions,
     workers: &Workers,
     cancel: &CancelToken,
     count: &AtomicUsize,
-) -> Result<Vec<Arrival>, ParameterError> {
+) -> Result<Vec<Arrival<M::Section>>, ParameterError> {
     options.check(system)?;
     let arrivals = workers.install(|| {
         side_by_side(initials.len(), &|next, done, in_hand| {
-            let done = RefCell::new(|place, arrival: Arrival| {
+            let done = RefCell::new(|place, arrival: Arrival<M::Section>| {
                 count.fetch_add(usize::from(arrival.status != ArrivalStatus::Pending), Relaxed);
                 done(place, arrival);
             });
             let mut next = || loop {
                 let place = next().filter(|_| !cancel.is_cancelled())?;
-                match BasinRun::new(system, initials[place], targets, options, cancel) {
+                match BasinRun::new(system, initials[place].clone(), targets, options, cancel) {
                     Ok(run) => return Some((place, run)),
                     Err(_) => (done.borrow_mut())(place, Arrival::empty(ArrivalStatus::Overlap)),
                 }
             };
             let mut arrived =
-                |(place, run): (usize, BasinRun)| (done.borrow_mut())(place, run.arrive());
-            run_batch(&mut next, &mut arrived, in_hand);
+                |(place, run): (usize, BasinRun<M>)| (done.borrow_mut())(place, run.arrive());
+            M::follow_all(&mut next, &mut arrived, in_hand);
         })
     });
     let pending = || Arrival::empty(ArrivalStatus::Pending);

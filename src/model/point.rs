@@ -8,6 +8,8 @@ pub trait Point: Clone {
     fn zip(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self;
     /// The largest, at least 0.
     fn largest(&self) -> f64;
+    /// Sum of the products.
+    fn dot(&self, other: &Self) -> f64;
     /// Whether all are finite.
     fn all_finite(&self) -> bool;
     /// Whether the distance is at most this.
@@ -27,6 +29,12 @@ impl Point for [f64; 4] {
     #[allow(clippy::inline_always)]
     fn largest(&self) -> f64 {
         self.iter().copied().fold(0.0, f64::max)
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn dot(&self, other: &Self) -> f64 {
+        self.iter().zip(other).map(|(a, b)| a * b).sum()
     }
 
     fn all_finite(&self) -> bool {
@@ -52,6 +60,12 @@ impl Point for StructureState {
 
     fn largest(&self) -> f64 {
         self.q.iter().chain(&self.v).copied().fold(0.0, f64::max)
+    }
+
+    fn dot(&self, other: &Self) -> f64 {
+        let both =
+            |a: &Coordinates, b: &Coordinates| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        both(&self.q, &other.q) + both(&self.v, &other.v)
     }
 
     fn all_finite(&self) -> bool {

@@ -22,6 +22,7 @@ pub(crate) use collector::Collector;
 pub use options::RunOptions;
 #[cfg_attr(not(feature = "python"), expect(unused_imports))]
 pub(crate) use progress::Tables;
+pub(crate) use recorded::Kept;
 pub use recorded::{Recorded, Row};
 pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
 pub use structure_audit::StructureAudit;

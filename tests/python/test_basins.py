@@ -17,6 +17,7 @@ from vibroimpact.sweeps import Grid
 from vibroimpact.sweeps.basins.arrivals import ArrivalTask
 from vibroimpact.sweeps.basins.region import Follow
 from vibroimpact.sweeps.basins.search import find_attractors, follow_all
+from vibroimpact.sweeps.machines import machine_of
 
 # The plane of the tests; beyond x1 = pi/6 the bodies overlap.
 PLANE = {"x1": np.linspace(-1.2, 0.6, 24), "v1": np.linspace(-2.5, 2.5, 20)}
@@ -255,7 +256,11 @@ def test_ctrl_c_ends_the_search_for_attractors(coexisting):
 
 def test_ctrl_c_within_a_chunk(coexisting):
     task = ArrivalTask(
-        coexisting, (0.0,) * 4, Follow(10**6, 8, 10**9, 1e-12), (), Grid(PLANE | {"v1": [0.5]})
+        machine_of(coexisting),
+        (0.0,) * 4,
+        Follow(10**6, 8, 10**9, 1e-12),
+        (),
+        Grid(PLANE | {"v1": [0.5]}),
     )
     _core._interrupt_at(100)
     try:
@@ -306,7 +311,7 @@ def test_a_store_is_gone_on_with(coexisting, found, monkeypatch, tmp_path):
 def test_a_task_can_be_sent_to_another_process(coexisting, found):
     light = tuple(attractor.light() for attractor in found.attractors)
     follow = found.settings.follow
-    task = ArrivalTask(coexisting, (0.0,) * 4, follow, light, Grid(PLANE))
+    task = ArrivalTask(machine_of(coexisting), (0.0,) * 4, follow, light, Grid(PLANE))
     again = pickle.loads(pickle.dumps(task))
     result = again.compute(100, 140, workers=1, progress=None)
     assert np.array_equal(result.columns["attractor"], found.attractor.ravel()[100:140])

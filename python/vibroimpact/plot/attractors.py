@@ -12,12 +12,21 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import PercentFormatter
 
 from ..arguments import naming
-from ..orbits import MotionSearch
+from ..orbits import MotionSearch, PeriodicMotion
 from ..sweeps import Attractor
 from ..sweeps.columns import COORDINATES
 from .basins import BASIN_COLORS
 from .given import chosen, expected
-from .style import BLACK, GREY, STATE_SYMBOLS, curve_legend, label_text, mark_area, new_axes
+from .style import (
+    BLACK,
+    GREY,
+    STATE_SYMBOLS,
+    curve_legend,
+    label_text,
+    mark_area,
+    new_axes,
+    structure_axis_name,
+)
 
 # Samples of an orbit in a drive period.
 _SAMPLES = 400
@@ -30,22 +39,23 @@ _LEAST_ROWS = 4
 def attractor(
     result: Attractor,
     *,
-    x: str = "x1",
-    y: str = "v1",
+    x: str | None = None,
+    y: str | None = None,
     size: float | None = None,
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the sections of an attractor, and the orbit of a periodic one between them.
+    """Draw the sections of an attractor, and the orbit of a periodic one of a System between them.
 
     Parameters
     ----------
     result : Attractor
         One of the attractors that `vibroimpact.basins` has found.
-    x : {"x1", "v1", "x2", "v2"}
-        What to draw on the horizontal axis.
-    y : {"x1", "v1", "x2", "v2"}
-        What to draw on the vertical axis.
+    x : str, optional
+        What to draw on the horizontal axis: "x1", the default, "v1", "x2" or "v2"; of a structure
+        "q_0", the default, or another coordinate or velocity, such as "v_1".
+    y : str, optional
+        What to draw on the vertical axis, by default "v1" or "v_0".
     size : float, optional
         Area of a marker in square points; by default smaller the more sections there are.
     legend : bool
@@ -73,12 +83,19 @@ def attractor(
     '$x_2$'
     """
     result = expected("result", result, Attractor)
-    names = [chosen(name, given, COORDINATES) for name, given in (("x", x), ("y", y))]
-    first, second = (COORDINATES.index(name) for name in names)
+    sections = result.sections.reshape(len(result.sections), -1)
+    known: tuple[str, ...] = COORDINATES
+    usual = ("x1", "v1")
+    if result.sections.ndim == 3:
+        places = range(result.sections.shape[2])
+        known, usual = tuple(f"{part}_{k}" for part in "qv" for k in places), ("q_0", "v_0")
+    asked = (("x", x, usual[0]), ("y", y, usual[1]))
+    names = [chosen(name, own if given is None else given, known) for name, given, own in asked]
+    first, second = (known.index(name) for name in names)
     area = mark_area(size, len(result.sections))
     ax = new_axes(ax)
     motion = result.motion
-    if motion is not None:
+    if isinstance(motion, PeriodicMotion):
         # An impact changes velocities at once: the states on both sides of it belong to the curve.
         hits = np.asarray(motion.impacts["time"])
         times = np.linspace(0.0, motion.period, _SAMPLES * motion.m + 1)
@@ -87,8 +104,8 @@ def attractor(
         states = motion.trajectory(times)
         ax.plot(states[:, first], states[:, second], color=GREY, lw=0.8, label="orbit")
     ax.scatter(
-        result.sections[:, first],
-        result.sections[:, second],
+        sections[:, first],
+        sections[:, second],
         s=area,
         color=BLACK,
         linewidths=0,
@@ -96,8 +113,9 @@ def attractor(
         label=f"sections of {label_text(result.label)}",
         rasterized=True,
     )
-    ax.set_xlabel(STATE_SYMBOLS[x])
-    ax.set_ylabel(STATE_SYMBOLS[y])
+    symbols = [STATE_SYMBOLS.get(name) or structure_axis_name(name, made=False) for name in names]
+    ax.set_xlabel(symbols[0])
+    ax.set_ylabel(symbols[1])
     curve_legend(ax, legend)
     return ax
 

@@ -10,10 +10,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..arguments import naming
-from ..scales import COLUMN_UNITS, chosen, in_si
+from ..scales import COLUMN_UNITS, in_si
 from ..sweeps.basins.results import Basins
-from ..sweeps.columns import COORDINATES
 from ..sweeps.fields import STATUS_NAMES
+from ..sweeps.machines import machine_of
 from .given import expected
 from .mesh import edges
 from .parameter_units import with_unit
@@ -28,6 +28,7 @@ from .style import (
     VERMILLION,
     legend_above,
     new_axes,
+    structure_axis_name,
 )
 
 YELLOW = "#F0E442"
@@ -40,6 +41,8 @@ _HATCH = "/////"
 _GREYS = ("0.45", "0.6", "0.7", "0.8")
 # At most so many section points are drawn of an attractor that is not periodic.
 _MOST_DOTS = 500
+# Coordinates that all starts share are named, where there are at most so many.
+_MOST_NAMED = 4
 
 
 @naming
@@ -111,8 +114,8 @@ def basins(
     ax.set_xlim(limits[0])
     ax.set_ylim(limits[1])
     is_si = in_si(basins.settings.units)
-    ax.set_xlabel(with_unit(STATE_SYMBOLS[first], first, is_si=is_si))
-    ax.set_ylabel(with_unit(STATE_SYMBOLS[second], second, is_si=is_si))
+    ax.set_xlabel(with_unit(_symbol(first), first, is_si=is_si))
+    ax.set_ylabel(with_unit(_symbol(second), second, is_si=is_si))
     if legend:
         handles = basin_handles(basins, sections=sections)
         handles += [
@@ -130,28 +133,40 @@ def basins(
             )
         if handles:
             box = legend_above(ax, handles, columns=3)
-            box.set_title("\n".join([_plane(basins), *([_marks(basins)] if marked else [])]))
+            lines = [_plane(basins), _marks(basins) if marked else ""]
+            box.set_title("\n".join(line for line in lines if line))
             box.get_title().set_fontsize(box.get_texts()[0].get_fontsize())
             box.set_alignment("left")
     return ax
 
 
+def _symbol(name: str) -> str:
+    return STATE_SYMBOLS.get(name) or structure_axis_name(name, made=False)
+
+
 def _plane(basins: Basins) -> str:
-    """Return the coordinates that all starts share, as text."""
-    initial = zip(COORDINATES, basins.settings.initial, strict=True)
+    """Return the coordinates that all starts share, as text; of many those other than 0."""
+    names = machine_of(basins.system).coordinates
+    initial = zip(names, np.ravel(basins.settings.initial).tolist(), strict=True)
     is_si = in_si(basins.settings.units)
+    others = [(name, value) for name, value in initial if name not in basins.axes]
+    named = others if len(others) <= _MOST_NAMED else [pair for pair in others if pair[1] != 0.0]
     shared = [
-        f"{STATE_SYMBOLS[name]} = {value:g}{f' {COLUMN_UNITS[name][1]}' if is_si else ''}"
-        for name, value in initial
-        if name not in basins.axes
+        f"{_symbol(name)} = {value:g}{f' {COLUMN_UNITS[name][1]}' if is_si else ''}"
+        for name, value in named
     ]
-    return "starts with " + ", ".join(shared)
+    rest = ["all others 0"] if len(named) < len(others) else []
+    words = ", ".join([*shared, *rest])
+    return f"starts with {words}" if words else ""
 
 
 def _marks(basins: Basins) -> str:
     """Say what is marked, and that the marks need not lie in the plane of the starts."""
-    free = [STATE_SYMBOLS[name] for name in COORDINATES if name not in basins.axes]
-    return f"marks: the attractors once per drive period, whatever their {', '.join(free)}"
+    names = machine_of(basins.system).coordinates
+    free = [_symbol(name) for name in names if name not in basins.axes]
+    words = ", ".join(free) if len(free) <= _MOST_NAMED else "other coordinates"
+    whatever = f", whatever their {words}" if words else ""
+    return f"marks: the attractors once per drive period{whatever}"
 
 
 @naming
@@ -196,13 +211,14 @@ def basin_handles(basins: Basins, *, sections: bool = False) -> list[Artist]:
 
 def _mark_sections(ax: Axes, basins: Basins, first: str, second: str) -> bool:
     """Mark the sections of the attractors; return whether there are any within the axes."""
-    columns = [COORDINATES.index(name) for name in (first, second)]
+    names = machine_of(basins.system).coordinates
+    columns = [names.index(name) for name in (first, second)]
     (left, right), (low, high) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
-    scales = chosen(basins.settings.units, basins.system.scales)
+    scales = basins.system._chosen(basins.settings.units)
     within = False
     for k, found in enumerate(basins.attractors):
         points = found.sections if scales is None else scales.to_si(found.sections)
-        points = points[:, columns]
+        points = points.reshape(len(points), -1)[:, columns]
         if found.kind == "periodic":
             style: dict[str, Any] = {"marker": _MARKERS[k % len(_MARKERS)], "markersize": 4.5}
             style |= {"markerfacecolor": "white", "markeredgewidth": 0.7}

@@ -189,5 +189,5 @@ def _factor(scales: Scales | None, column: str) -> float:
 
 def with_unit(text: str, column: str, *, is_si: bool) -> str:
     """Return the label of an axis with the sign of the unit of a column, in SI."""
-    sign = COLUMN_UNITS[column][1]
-    return f"{text} ({sign})" if is_si and sign else text
+    sign = COLUMN_UNITS[column][1] if is_si else ""
+    return f"{text} ({sign})" if sign else text

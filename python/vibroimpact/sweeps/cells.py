@@ -1,7 +1,7 @@
 """Cells on the compiled kernel: one run for each combination of parameters and initial states."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Self
 
@@ -22,11 +22,10 @@ from ..arguments import (
     swept,
 )
 from ..made import is_maker
-from .columns import COORDINATES
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
 from .grid_machine import START, GridMachine, Rows, with_coordinates
-from .machines import machine_of, need_machine
+from .machines import first_of_each, machine_of, need_machine
 from .made_cells import CellsToMake, Made
 
 # Periods that are kept of each run unless given, or all if there are fewer.
@@ -140,7 +139,7 @@ def checked_axes(
         return {name: axis(name, values) for name, values in axes.items()}
     machine = machine_of(system)
     more = machine.coordinates if starts else ()
-    shown = ", ".join((machine.named, *_first_of_each(more)))
+    shown = ", ".join((machine.named, *first_of_each(more)))
     swept(function, axes, [*machine.numbers, *more], exactly=exactly, shown=shown)
     checked = {}
     for name, values in axes.items():
@@ -152,14 +151,6 @@ def checked_axes(
     if (frequencies == 0.0).any():
         reject("drive_frequency", 0.0, "a number > 0: runs are counted in drive periods")
     return checked
-
-
-def _first_of_each(coordinates: Sequence[str]) -> list[str]:
-    """Return names of coordinates for a message: there may be hundreds."""
-    if len(coordinates) <= len(COORDINATES):
-        return [*coordinates]
-    half = len(coordinates) // 2
-    return [f"{coordinates[0]} ...", f"{coordinates[half]} ..."]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -162,6 +162,14 @@ def made_machine(function: Maker, values: Mapping[str, float]) -> Any:
             "or a vibroimpact.Structure"
         )
     return system
+
+
+def first_of_each(coordinates: Sequence[str]) -> list[str]:
+    """Return names of coordinates for a message: there may be hundreds."""
+    if len(coordinates) <= len(COORDINATES):
+        return [*coordinates]
+    half = len(coordinates) // 2
+    return [f"{coordinates[0]} ...", f"{coordinates[half]} ..."]
 
 
 def need_machine(system: Any) -> None:

@@ -125,7 +125,7 @@ class StructureMachine:
     def check_starts(self, axes: Values, initial: Any) -> None:
         """Refuse combinations of coordinates that lie outside of the span of the modes."""
         own = [name for name in axes if name in self.coordinates]
-        if self.system._basis is None or not own:
+        if not self.system._basis.is_modal or not own:
             return
         rows = itertools.product(*(axes[name].tolist() for name in own))
         while part := [*itertools.islice(rows, _MANY)]:
@@ -207,7 +207,7 @@ def _by_system(
     convert: Callable[[Structure, Array], Array],
 ) -> Array:
     """Convert states between physical and compiled coordinates, each by its own structure."""
-    if all(system._basis is None for system in systems):
+    if not any(system._basis.is_modal for system in systems):
         return states
     parts = [which == place for place in range(len(systems))]
     converted = [convert(system, states[part]) for system, part in zip(systems, parts, strict=True)]

@@ -16,7 +16,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self, Unpack
+from typing import TYPE_CHECKING, Any, Self, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,18 +36,42 @@ from ...arguments import (
 from ...errors import Interrupted
 from ...interruption import interruptible
 from ...keyword_types import Coordinates, completing
-from ...scales import Scales, Units, chosen
+from ...machine import Machine
+from ...scales import Scales, Units
 from ...system import System
 from ..cluster import check_client
 from ..columns import COORDINATES, Columns
 from ..engine import compute
 from ..fields import STATUS, STATUS_NAMES, ChunkResult
 from ..grid import Grid
+from ..grid_machine import GridMachine, with_coordinates
+from ..machines import first_of_each, machine_of
 from ..store import folder_of_stores, store_in
 from .attractors import Attractor
 from .region import Follow
 from .results import ATTRACTOR, SETTLING, Basins, BasinSettings
 from .search import find_attractors, follow_all
+
+if TYPE_CHECKING:
+    from ...structure import Structure
+
+
+class BasinsCall(Coordinates, total=False):
+    """Keywords of ``basins``."""
+
+    periods: int
+    keep: int | None
+    units: Units | None
+    scouts: int
+    rounds: int
+    max_events: int | None
+    chatter_tolerance: float
+    progress: bool
+    workers: int | None
+    chunk: int | None
+    client: Any
+    store: str | os.PathLike[str] | None
+
 
 PENDING, COMPLETED, UNRESOLVED = (
     STATUS_NAMES.index(name) for name in ("pending", "completed", "unresolved")
@@ -70,16 +94,16 @@ class ArrivalTask:
 
     Attributes
     ----------
-    system, initial, follow, attractors
-        The system, its fixed coordinates, how cells are followed, and the attractors known.
+    machine, initial, follow, attractors
+        The machine, its fixed coordinates, how cells are followed, and the attractors known.
     plane
         The two coordinates that vary.
     left
         Numbers of the cells of the plane, shape (k,), or None for all.
     """
 
-    system: System
-    initial: tuple[float, float, float, float]
+    machine: GridMachine
+    initial: Any
     follow: Follow
     attractors: tuple[Attractor, ...]
     plane: Grid
@@ -105,7 +129,7 @@ class ArrivalTask:
         """Return all settings, apart from the grid, on which the numbers depend."""
         plane = {name: values.tolist() for name, values in self.plane.axes.items()}
         return {
-            "system": self.system.to_dict(),
+            "system": self.machine.to_dict(),
             "initial": self.initial,
             "follow": dataclasses.asdict(self.follow),
             "attractors": [attractor.to_dict() for attractor in self.attractors],
@@ -113,12 +137,15 @@ class ArrivalTask:
         }
 
     def starts(self, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the initial states of cells of the plane, shape (len(numbers), 4)."""
-        result = np.tile(np.array(self.initial), (len(numbers), 1))
+        """Return the initial states of cells of the plane, shape (len(numbers), d)."""
+        result = np.empty((len(numbers), *self.machine.final_state.shape))
+        result[:] = self.initial
         places = np.unravel_index(numbers, self.plane.shape)
-        for (name, values), place in zip(self.plane.axes.items(), places, strict=True):
-            result[:, COORDINATES.index(name)] = values[place]
-        return result
+        axes = zip(self.plane.axes.items(), places, strict=True)
+        with_coordinates(
+            self.machine, result, {name: values[place] for (name, values), place in axes}
+        )
+        return result.reshape(len(numbers), -1)
 
     def within(self, _first: int, _last: int) -> Self:
         """Return this task: functions of the user make nothing for it."""
@@ -139,7 +166,7 @@ class ArrivalTask:
         for start in range(first, last, _BLOCK):
             numbers = np.arange(start, min(start + _BLOCK, last))
             ends = follow_all(
-                self.system,
+                self.machine.system,
                 self.starts(numbers if self.left is None else self.left[numbers]),
                 self.attractors,
                 self.follow,
@@ -163,12 +190,22 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+@overload
+def basins(
+    system: System, *, initial: ArrayLike | None = None, **keywords: Unpack[BasinsCall]
+) -> Basins: ...
+
+
+@overload
+def basins(system: Structure, *, initial: ArrayLike | None = None, **keywords: Any) -> Basins: ...
+
+
 @interruptible
 @completing(Coordinates)
 def basins(
-    system: System,
+    system: System | Structure,
     *,
-    initial: ArrayLike = (0.0, 0.0, 0.0, 0.0),
+    initial: ArrayLike | None = None,
     periods: int = 2000,
     keep: int | None = None,
     units: Units | None = None,
@@ -181,7 +218,7 @@ def basins(
     chunk: int | None = None,
     client: Any = None,
     store: str | os.PathLike[str] | None = None,
-    **axes: Unpack[Coordinates],
+    **axes: ArrayLike,
 ) -> Basins:
     """Find the attractors that a plane of initial states leads to, and the basin of each.
 
@@ -193,9 +230,10 @@ def basins(
     Parameters
     ----------
     system
-        The system; drive_frequency > 0.
+        The System or Structure; drive_frequency > 0. A structure `from_modes` has no basins so far.
     initial
-        (x1, v1, x2, v2) at t = 0; its values of the two that vary have no influence.
+        (x1, v1, x2, v2) at t = 0, of a structure the rows q and v, (2, N); zeros by default. Its
+        values of the two that vary have no influence.
     periods
         Drive periods for which a cell is followed at most, at first.
     keep
@@ -224,7 +262,8 @@ def basins(
         Directory for Zarr stores, one for each pass over cells. A call with the same arguments
         goes on where an interrupted or killed one ended.
     **axes
-        Two of x1, v1, x2, v2 with arrays of their values; for a range use ``numpy.linspace``, e.g.
+        Two of x1, v1, x2, v2, of a structure two of ``q_0``, ``q_1``, ... ``v_0``, ``v_1``, ...,
+        with arrays of their values; for a range use ``numpy.linspace``, e.g.
         ``x1=np.linspace(-0.3, 0.3, 1000), v1=np.linspace(-1, 1, 1000)``.
 
     Returns
@@ -249,15 +288,19 @@ def basins(
     >>> basins.attractor.shape
     (3, 8)
     """
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
+    if not isinstance(system, Machine):
+        reject("system", system, "a vibroimpact.System or a vibroimpact.Structure")
     if system.drive_frequency == 0.0:
         reject("drive_frequency", 0.0, "a number > 0: basins are told on the stroboscopic section")
-    scales = chosen(units, system.scales)
-    plane = _plane(dict(axes))
+    machine = machine_of(system)
+    if not isinstance(system, System) and system._basis.is_modal:
+        reject("system", system, "a structure of matrices: one from modes has no basins so far")
+    scales = system._chosen(units)
+    plane = _plane(machine, dict(axes))
+    start = np.zeros(machine.final_state.shape) if initial is None else initial
     periods = count("periods", periods, least=8)
     settings = BasinSettings(
-        initial=state(initial),
+        initial=machine.start(start),
         periods=periods,
         keep=kept_periods(keep, periods, usual=USUAL_KEEP, least=8),
         scouts=count("scouts", scouts, least=1, most=1_000_000),
@@ -274,17 +317,16 @@ def basins(
         check_client(client)
     options = {"progress": progress, "workers": workers, "chunk": chunk, "client": client}
     folder = folder_of_stores(store, _PASSES, "basins")
-    return _Computation(system, plane, settings, options, folder, scales).run()
+    return _Computation(machine, plane, settings, options, folder, scales).run()
 
 
-def _plane(axes: dict[str, Any]) -> Grid:
-    swept(basins, axes, COORDINATES, exactly=2)
+def _plane(machine: GridMachine, axes: dict[str, Any]) -> Grid:
+    shown = ", ".join(first_of_each(machine.coordinates))
+    swept(basins, axes, machine.coordinates, exactly=2, shown=shown)
     return Grid({name: axis(name, given) for name, given in axes.items()})
 
 
-def _dimensionless(
-    initial: tuple[float, float, float, float], plane: Grid, scales: Scales | None
-) -> tuple[tuple[float, float, float, float], Grid]:
+def _dimensionless(initial: Any, plane: Grid, scales: Scales | None) -> tuple[Any, Grid]:
     """Return a start and a plane of starts without their units, which they may have."""
     if scales is None:
         return initial, plane
@@ -301,7 +343,7 @@ class _Computation:
 
     def __init__(
         self,
-        system: System,
+        machine: GridMachine,
         plane: Grid,
         settings: BasinSettings,
         options: dict[str, Any],
@@ -309,7 +351,7 @@ class _Computation:
         scales: Scales | None,
     ) -> None:
         initial, own = _dimensionless(settings.initial, plane, scales)
-        self.task = ArrivalTask(system, initial, settings.follow, (), own)
+        self.task = ArrivalTask(machine, initial, settings.follow, (), own)
         self.settings = settings
         self.axes = dict(plane.axes)
         self.options = options
@@ -338,7 +380,7 @@ class _Computation:
         task = self.task
         try:
             attractors = find_attractors(
-                task.system,
+                task.machine.system,
                 task.starts(cells),
                 follow,
                 known=task.attractors,
@@ -380,7 +422,7 @@ class _Computation:
             name: values.reshape(task.plane.shape).copy() for name, values in self.columns.items()
         }
         return Basins(
-            system=task.system,
+            system=task.machine.system,
             axes=self.axes,
             attractors=task.attractors,
             settings=self.settings,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...interruption import interruptible
 from ...orbits.motion import PeriodicMotion, size_of
 from ...showing import Facts, Shown
-from ...system import System
+from ...structure_motion import StructureOrbit
 from ...verbs import verb
 
 if TYPE_CHECKING:
@@ -29,6 +29,11 @@ Kind = Literal["periodic", "quasi-periodic", "chaotic", "family"]
 
 # Sections that agree to this part of their size belong to the same periodic orbit.
 _SAME = 1e-6
+
+
+def flat(sections: Array) -> Array:
+    """Return states as rows of numbers, shape (k, d)."""
+    return sections.reshape(len(sections), -1)
 
 
 class Family(StrEnum):
@@ -53,8 +58,8 @@ class Attractor(Shown):
     motion
         The periodic motion, or None.
     sections
-        States x1, v1, x2, v2 at the starts of drive periods: the m of a periodic motion, else many,
-        shape (k, 4). Of a family those of the first motion found.
+        States at the starts of drive periods: the m of a periodic motion, else many, shape (k, 4),
+        of structures (k, 2, N). Of a family those of the first motion found.
     start
         The initial state from which it was found first.
     confirmed
@@ -91,8 +96,8 @@ class Attractor(Shown):
     label: str
     kind: Kind
     sections: Array
-    start: tuple[float, float, float, float]
-    motion: PeriodicMotion | None = None
+    start: tuple[Any, ...]
+    motion: PeriodicMotion | StructureOrbit | None = None
     confirmed: bool = False
     why_not: str = ""
     orbit: tuple[int, int] = (0, 0)
@@ -100,7 +105,7 @@ class Attractor(Shown):
     region: Region | None = None
     cloud: Cloud | None = None
     rotor: bool = False
-    system: System | None = None
+    system: Any = None
 
     def _facts(self) -> Facts:
         return {
@@ -108,7 +113,7 @@ class Attractor(Shown):
             "kind": self.kind,
             "confirmed": "yes" if self.confirmed else f"no: {self.why_not}",
             "sections": len(self.sections),
-            "start": f"({', '.join(f'{value:.6g}' for value in self.start)})",
+            "start": f"({', '.join(f'{value:.6g}' for value in np.ravel(self.start))})",
         }
 
     def __repr__(self) -> str:
@@ -197,14 +202,13 @@ class Attractor(Shown):
         alike = (tails.orbits == self.orbit).all(axis=1)
         if self.kind == "family":
             return _both(alike, tails.rested == (self.family is Family.AT_REST))
-        m = len(self.sections)
+        own = flat(self.sections)
+        m = len(own)
         last = tails.sections[:, -m:]
         if last.shape[1] < m:
             return np.zeros(len(last), dtype=bool)
         off = [
-            np.abs(wrapped(last - np.roll(self.sections, k, axis=0), rotor=self.rotor)).max(
-                axis=(1, 2)
-            )
+            np.abs(wrapped(last - np.roll(own, k, axis=0), rotor=self.rotor)).max(axis=(1, 2))
             for k in range(m)
         ]
         return _both(alike, np.min(off, axis=0) < _SAME * size_of(self.sections))
@@ -217,7 +221,7 @@ class Tails:
     Attributes
     ----------
     sections
-        Last states at the starts of drive periods, shape (k, keep, 4).
+        Last states at the starts of drive periods, shape (k, keep, d).
     counts
         Impacts in the drive period before each, -1 with complete chatter, shape (k, keep).
     orbits
@@ -255,13 +259,16 @@ def same(new: Attractor, old: Attractor) -> bool:
     if (new.kind, new.label) != (old.kind, old.label):
         return False
     if new.cloud is not None and old.cloud is not None:
-        overlaps = (old.cloud.inside(new.sections).mean(), new.cloud.inside(old.sections).mean())
+        overlaps = (
+            old.cloud.inside(flat(new.sections)).mean(),
+            new.cloud.inside(flat(old.sections)).mean(),
+        )
         return bool(min(overlaps) >= INSIDE)
     if new.kind == "family":
         return new.family is old.family
     m = len(new.sections)
     one = Tails(
-        sections=new.sections[None],
+        sections=flat(new.sections)[None],
         counts=np.zeros((1, m), dtype=np.int64),
         orbits=np.array([new.orbit]),
         rested=np.zeros(1, dtype=bool),

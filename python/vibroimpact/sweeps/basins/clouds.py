@@ -22,8 +22,8 @@ _DIVISIONS = (64, 48, 32, 24, 16, 12, 8, 6, 4)
 _COVERED = 0.99
 # Part of a run's sections that must lie in the cloud, for the run to be on the attractor.
 INSIDE = 0.95
-# A neighbour in every direction.
-_AROUND = np.array(list(product((-1, 0, 1), repeat=4)))
+# Numbers of a state in which boxes are counted, at most; of longer states those that vary most.
+_MOST = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +33,16 @@ class Cloud:
     Attributes
     ----------
     low, width
-        Corner of the boxes and their widths, shape (4,).
+        Corner of the boxes and their widths, shape (c,), c at most 4.
     boxes
         Their numbers, sorted.
     covered
         Part of the second half of the points that found the first.
     rotor
         Whether x1 counts modulo a turn.
+    counted
+        Places of the c numbers of a state in which boxes are counted; of states of more than four
+        numbers those that vary most. None for all.
     """
 
     low: Array
@@ -47,10 +50,13 @@ class Cloud:
     boxes: NDArray[np.int64]
     covered: float
     rotor: bool
+    counted: tuple[int, ...] | None = None
 
     def inside(self, points: Array) -> NDArray[np.bool_]:
-        """Tell which states, shape (..., 4), lie in the cloud."""
+        """Tell which states, shape (..., d), lie in the cloud."""
         points = _in_one_turn(points, rotor=self.rotor)
+        if self.counted is not None:
+            points = points[..., self.counted]
         numbers, valid = _numbers(np.floor((points - self.low) / self.width))
         place = np.minimum(np.searchsorted(self.boxes, numbers), len(self.boxes) - 1)
         found: NDArray[np.bool_] = valid & (self.boxes[place] == numbers)
@@ -62,26 +68,31 @@ class Cloud:
         return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
 
     def holds(self, tails: Array) -> NDArray[np.bool_]:
-        """Tell which tails of sections, shape (k, keep, 4), belong to the attractor."""
+        """Tell which tails of sections, shape (k, keep, d), belong to the attractor."""
         return np.asarray(self.inside(tails).mean(axis=-1) >= INSIDE)
 
 
 def cloud_of(points: Array, *, rotor: bool = False) -> Cloud | None:
-    """Return the cloud of section points in order of time, shape (k, 4).
+    """Return the cloud of section points in order of time, shape (k, d).
 
     None if even coarse boxes do not contain its second half: the run was too short, or drifts.
     """
     points = _in_one_turn(points, rotor=rotor)
+    whole, counted = points, None
+    if points.shape[1] > _MOST:
+        order = np.argsort(-np.ptp(points, axis=0), kind="stable")
+        counted = tuple(sorted(order[:_MOST].tolist()))
+        points = points[:, counted]
     half = len(points) // 2
     low, extent = points.min(axis=0), np.ptp(points, axis=0)
     # For a coordinate that hardly varies, boxes are wide against rounding.
     floor = 1e-9 * float(np.abs(points).max()) + 1e-300
     for divisions in _DIVISIONS:
         width = np.maximum(extent / divisions, floor)
-        first = Cloud(low, width, _visited(points[:half], low, width), 0.0, rotor)
-        covered = float(first.inside(points[half:]).mean())
+        first = Cloud(low, width, _visited(points[:half], low, width), 0.0, rotor, counted)
+        covered = float(first.inside(whole[half:]).mean())
         if covered >= _COVERED:
-            return Cloud(low, width, _visited(points, low, width), covered, rotor)
+            return Cloud(low, width, _visited(points, low, width), covered, rotor, counted)
     return None
 
 
@@ -95,7 +106,9 @@ def _in_one_turn(points: Array, *, rotor: bool) -> Array:
 def _visited(points: Array, low: Array, width: Array) -> NDArray[np.int64]:
     """Number the boxes that hold points, and their neighbours."""
     boxes = np.unique(np.floor((points - low) / width).astype(np.int64), axis=0)
-    numbers, _ = _numbers((boxes[:, None] + _AROUND).reshape(-1, 4))
+    count = points.shape[1]
+    around = np.array(list(product((-1, 0, 1), repeat=count)))  # a neighbour in every direction
+    numbers, _ = _numbers((boxes[:, None] + around).reshape(-1, count))
     return np.unique(numbers)
 
 
@@ -105,6 +118,6 @@ def _numbers(places: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.bool_]
     reach = _DIVISIONS[0] // 2
     valid: NDArray[np.bool_] = np.all((places >= -reach) & (places < base - reach), axis=-1)
     shifted = np.where(valid[..., None], places + reach, 0).astype(np.int64)
-    powers = base ** np.arange(4, dtype=np.int64)
+    powers = base ** np.arange(places.shape[-1], dtype=np.int64)
     numbers: NDArray[np.int64] = shifted @ powers
     return numbers, valid

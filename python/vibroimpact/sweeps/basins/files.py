@@ -10,13 +10,17 @@ from numpy.typing import NDArray
 from ... import _core, archive
 from ...orbits.motion import PeriodicMotion
 from ...orbits.verdict import motion_of
-from ...system import System
+from ...structure_motion import StructureOrbit
+from ..machines import machine_from_dict, machine_of
 from .attractors import Attractor, Family
 from .clouds import Cloud
 from .region import Region
 from .results import Basins, BasinSettings
 
 Arrays = dict[str, NDArray[Any]]
+# Of the motion of a structure.
+_NUMBERS = ("m", "n", "residual", "error", "stability")
+_ARRAYS = ("state", "impacts", "derivative", "multipliers")
 _CELLS = ("attractor", "status_code", "settling")
 
 
@@ -30,7 +34,7 @@ def write_basins(path: str | os.PathLike[str], basins: Basins) -> None:
         described.append(words)
         arrays |= {f"attractor_{number}_{name}": array for name, array in own.items()}
     metadata = {
-        "system": basins.system.to_dict(),
+        "system": machine_of(basins.system).to_dict(),
         "settings": dataclasses.asdict(basins.settings),
         "axes": list(basins.axes),
         "attractors": described,
@@ -51,7 +55,7 @@ def read_basins(path: str | os.PathLike[str]) -> Basins:
 
 def basins_from_parts(metadata: dict[str, Any], arrays: Arrays) -> Basins:
     """Build basins from the content of an archive."""
-    system = System.from_dict(metadata["system"])
+    system = machine_from_dict(metadata["system"]).system
     settings = metadata["settings"]
     attractors = []
     for number, words in enumerate(metadata["attractors"]):
@@ -66,7 +70,7 @@ def basins_from_parts(metadata: dict[str, Any], arrays: Arrays) -> Basins:
         system=system,
         axes={name: arrays[f"axis_{name}"] for name in metadata["axes"]},
         attractors=tuple(attractors),
-        settings=BasinSettings(**settings | {"initial": tuple(settings["initial"])}),
+        settings=BasinSettings(**settings | {"initial": _tuples(settings["initial"])}),
         **{name: arrays[name] for name in _CELLS},
     )
 
@@ -79,7 +83,10 @@ def _parts(attractor: Attractor) -> tuple[dict[str, Any], Arrays]:
     }
     arrays: Arrays = {"sections": attractor.sections}
     motion, region, cloud = attractor.motion, attractor.region, attractor.cloud
-    if motion is not None:
+    if isinstance(motion, StructureOrbit):
+        words["of_structure"] = {name: getattr(motion, name) for name in _NUMBERS}
+        arrays |= {f"motion_{name}": getattr(motion, name) for name in _ARRAYS}
+    elif motion is not None:
         legs = [str(leg) for leg in motion.legs]
         words["motion"] = [legs, motion.m, motion.clocks, motion.wall_at_rest, motion.error]
         arrays["nodes"] = motion.nodes
@@ -87,15 +94,18 @@ def _parts(attractor: Attractor) -> tuple[dict[str, Any], Arrays]:
         words["region"] = [region.counts, region.contraction, region.samples]
         arrays |= {"center": region.center, "factor": region.factor}
     if cloud is not None:
-        words["cloud"] = [cloud.covered, cloud.rotor]
+        words["cloud"] = [cloud.covered, cloud.rotor, cloud.counted]
         arrays |= {"low": cloud.low, "width": cloud.width, "boxes": cloud.boxes}
     return words, arrays
 
 
-def _attractor(system: System, words: dict[str, Any], arrays: Arrays) -> Attractor:
-    motion: PeriodicMotion | None = None
+def _attractor(system: Any, words: dict[str, Any], arrays: Arrays) -> Attractor:
+    motion: PeriodicMotion | StructureOrbit | None = None
     region: Region | None = None
     cloud: Cloud | None = None
+    if "of_structure" in words:
+        own: dict[str, Any] = {name: arrays[f"motion_{name}"] for name in _ARRAYS}
+        motion = StructureOrbit(system=system, **words.pop("of_structure"), **own)
     if "motion" in words:
         legs, m, clocks, wall_at_rest, error = words.pop("motion")
         known = [_core.Leg.from_text(leg) for leg in legs]
@@ -105,11 +115,12 @@ def _attractor(system: System, words: dict[str, Any], arrays: Arrays) -> Attract
         counts, contraction, samples = words.pop("region")
         region = Region(arrays["center"], arrays["factor"], tuple(counts), contraction, samples)
     if "cloud" in words:
-        covered, rotor = words.pop("cloud")
-        cloud = Cloud(arrays["low"], arrays["width"], arrays["boxes"], covered, rotor)
+        covered, rotor, *counted = words.pop("cloud")
+        boxes = (arrays["low"], arrays["width"], arrays["boxes"])
+        cloud = Cloud(*boxes, covered, rotor, *map(_tuples, counted))
     family = None if words["family"] is None else Family(words["family"])
     words |= {"family": family, "orbit": tuple(words["orbit"])}
-    words["start"] = tuple(np.asarray(words["start"], dtype=np.float64).tolist())
+    words["start"] = _tuples(np.asarray(words["start"], dtype=np.float64).tolist())
     return Attractor(
         **words,
         sections=arrays["sections"],
@@ -118,3 +129,7 @@ def _attractor(system: System, words: dict[str, Any], arrays: Arrays) -> Attract
         cloud=cloud,
         system=system if family is Family.FREE else None,
     )
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value

@@ -8,19 +8,21 @@ contact may occur after any time: with frequencies without a common period every
 phases comes up.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...system import System
 
 
-def never_strike(system: System, sections: NDArray[np.float64]) -> NDArray[np.bool_]:
+def never_strike(system: Any, sections: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Tell which free motions are bounded away from contact for ever.
 
     Parameters
     ----------
     system
-        The system.
+        The system; of a structure nothing is proved.
     sections
         States x1, v1, x2, v2 at the start of a drive period, shape (k, 4).
 
@@ -29,6 +31,8 @@ def never_strike(system: System, sections: NDArray[np.float64]) -> NDArray[np.bo
     array of bool, shape (k,)
         True is proved; False means that contact is not excluded.
     """
+    if not isinstance(system, System):
+        return np.zeros(len(sections), dtype=bool)
     omega, turn = system.drive_frequency, np.exp(1j * system.phase)
     ranges = []
     for place, w, zeta, f, c in (

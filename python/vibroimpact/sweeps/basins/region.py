@@ -2,15 +2,23 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...system import System
+
 Array = NDArray[np.float64]
 
 
+def is_rotor(system: Any) -> bool:
+    """Whether the first number of a state counts modulo a turn."""
+    return isinstance(system, System) and system.is_rotor
+
+
 def wrapped(offsets: Array, *, rotor: bool) -> Array:
-    """Return differences of states, shape (..., 4), with that of a rotor's angle in [-pi, pi]."""
+    """Return differences of states, shape (..., d), with that of a rotor's angle in [-pi, pi]."""
     if rotor:
         offsets = offsets.copy()
         offsets[..., 0] -= math.tau * np.round(offsets[..., 0] / math.tau)
@@ -24,7 +32,8 @@ class Region:
     Attributes
     ----------
     center, factor
-        Section point of the attractor, shape (4,), and the matrix of the norm, shape (4, 4).
+        Section point of the attractor, shape (d,), and the matrix of the norm, shape (d, d); a
+        state has d numbers, q before v of a structure.
     counts
         Impacts in each of the m drive periods after ``center``, -1 with complete chatter.
     contraction
@@ -41,7 +50,7 @@ class Region:
 
     @property
     def extents(self) -> Array:
-        """Half extents of the region along x1, v1, x2, v2."""
+        """Half extents of the region along each number of a state."""
         inverse = np.linalg.inv(self.factor)
         return np.sqrt((inverse @ inverse.T).diagonal())
 

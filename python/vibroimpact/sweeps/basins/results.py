@@ -14,14 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...fixed_arrays import FixedArrays
 from ...interruption import interruptible
-from ...run import Run, read_only
+from ...run import read_only
 from ...scales import COLUMN_UNITS, Units
 from ...showing import Facts, Shown
-from ...system import System
 from ...tables import frame
 from ...verbs import verb
 from ..columns import axis_attributes, need_xarray
 from ..fields import STATUS, STATUS_NAMES, Field
+from ..machines import machine_of
 from .attractors import Attractor
 from .measures import BasinEntropy, UncertaintyExponent, basin_entropy, uncertainty_exponent
 from .region import Follow
@@ -42,7 +42,7 @@ SETTLING = Field(
 class BasinSettings:
     """The arguments that basins were computed with; meanings as in ``basins``."""
 
-    initial: tuple[float, float, float, float]
+    initial: tuple[Any, ...]
     periods: int
     keep: int
     scouts: int
@@ -65,7 +65,7 @@ class Basins(FixedArrays, Shown):
     Attributes
     ----------
     system
-        The system.
+        The System or Structure.
     axes
         Names and values of the two coordinates that vary, shapes (a,) and (b,), in SI with
         ``units="SI"``.
@@ -93,7 +93,7 @@ class Basins(FixedArrays, Shown):
     <Basins over 3 x1 x 8 v1: 1-1 100.0%>
     """
 
-    system: System
+    system: Any
     axes: dict[str, NDArray[np.float64]]
     attractors: tuple[Attractor, ...]
     attractor: NDArray[np.int16]
@@ -196,7 +196,7 @@ class Basins(FixedArrays, Shown):
         """
         return basin_entropy(self.attractor, box=box)
 
-    def run(self, *indices: int) -> Run:
+    def run(self, *indices: int) -> Any:
         """Make the run from the start of one cell again.
 
         Parameters
@@ -206,7 +206,7 @@ class Basins(FixedArrays, Shown):
 
         Returns
         -------
-        Run
+        Run; of a structure StructureRun
             Over the ``periods`` of the settings, doubled as in the rounds until the cell has
             arrived at its attractor; where it has not, as long as in the last round.
 
@@ -226,8 +226,7 @@ class Basins(FixedArrays, Shown):
         >>> basins.run(0, 1).initial
         (0.0, 0.5, 0.0, 0.0)
         """
-        run: Run = verb("run_of_start")(self, *indices)
-        return run
+        return verb("run_of_start")(self, *indices)
 
     def plot(self, **options: Any) -> Axes:
         """Draw the basins, by ``vi.plot.basins``.
@@ -321,7 +320,7 @@ class Basins(FixedArrays, Shown):
             {name: (name, values, self._attributes(name)) for name, values in self.axes.items()},
             {
                 "kind": "basins",
-                "system": json.dumps(self.system.to_dict()),
+                "system": json.dumps(machine_of(self.system).to_dict()),
                 "settings": json.dumps(dataclasses.asdict(self.settings)),
                 "attractors": json.dumps(described),
             },
@@ -329,8 +328,7 @@ class Basins(FixedArrays, Shown):
 
     def _attributes(self, name: str) -> dict[str, Any]:
         """Return the attributes of an axis of a data set."""
-        sign = COLUMN_UNITS[name][1]
-        return {"units": sign} if self.settings.units else axis_attributes()
+        return {"units": COLUMN_UNITS[name][1]} if self.settings.units else axis_attributes()
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the basins to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.

@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...orbits.motion import PeriodicMotion
-from ...orbits.shooting import refine
-from ...run import Run
 from ...simulation import simulate
+from ...structure_motion import StructureOrbit
 from ...system import System
 from ..fields import STATUS_NAMES
-from .attractors import Attractor, Family, Kind, Tails, same
+from ..machines import machine_of
+from .attractors import Attractor, Family, Kind, Tails, flat, same
 from .clouds import cloud_of
 from .free_motion import never_strike
-from .region import Follow
+from .region import Follow, is_rotor
 from .trapping import arrive, largest_multiplier, trapping_region
 
 Array = NDArray[np.float64]
@@ -68,7 +68,7 @@ class Ends:
 
 
 def follow_all(
-    system: System,
+    system: Any,
     starts: Array,
     attractors: Sequence[Attractor],
     follow: Follow,
@@ -76,7 +76,7 @@ def follow_all(
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> Ends:
-    """Follow starts, shape (n, 4), until they arrive at attractors; judge the others by tails."""
+    """Follow starts, shape (n, d), until they arrive at attractors; judge the others by tails."""
     trapping = [k for k, attractor in enumerate(attractors) if attractor.region is not None]
     regions = [attractor.region for attractor in attractors if attractor.region is not None]
     found = arrive(system, starts, regions, follow, workers=workers, progress=progress)
@@ -96,7 +96,7 @@ def follow_all(
 
 
 def find_attractors(
-    system: System,
+    system: Any,
     starts: Array,
     follow: Follow,
     *,
@@ -113,7 +113,7 @@ def find_attractors(
     system
         The system.
     starts
-        Initial states, shape (n, 4); those in which the bodies overlap are left out.
+        Initial states, shape (n, d); those in which the bodies overlap are left out.
     follow
         How they are followed.
     known
@@ -151,7 +151,7 @@ def find_attractors(
 
 
 def explore(
-    system: System,
+    system: Any,
     start: Array,
     follow: Follow,
     *,
@@ -159,9 +159,9 @@ def explore(
     workers: int | None = None,
 ) -> Attractor | None:
     """Return the attractor of a start: a known one, a new one, or None if it is not decided."""
-    run: Run = simulate(
+    run: Any = simulate(
         system,
-        initial=start.tolist(),
+        initial=start.reshape(machine_of(system).final_state.shape).tolist(),
         periods=follow.periods,
         keep=follow.keep,
         max_events=follow.max_events,
@@ -169,7 +169,7 @@ def explore(
     )
     if run.stop_reason in ("completed", "rest") and run.period.m is None:
         if not len(run.impacts) and run.time_in_contact == 0.0:
-            if not never_strike(system, run.stroboscopic[-1:]).all():
+            if not never_strike(system, flat(run.stroboscopic[-1:])).all():
                 return None
             free = _attractor(run, **_family(Family.FREE), system=system)
             return _known_or(free, known)
@@ -180,22 +180,44 @@ def explore(
         return _periodic(run, follow, known, workers)
     if run.label not in ("chaotic", "quasi-periodic"):
         return None
-    cloud = cloud_of(run.stroboscopic, rotor=system.is_rotor)
+    cloud = cloud_of(flat(run.stroboscopic), rotor=is_rotor(system))
     if cloud is None:
         return None
     kind: Kind = "chaotic" if run.label == "chaotic" else "quasi-periodic"
-    lossless = system.restitution == 1.0 and not (
-        system.friction or system.pendulum_damping or system.oscillator_damping
-    )
+    lossless = _is_lossless(system)
     why_not = "without losses nothing attracts" if lossless else ""
     new = _attractor(run, kind=kind, cloud=cloud, confirmed=not lossless, why_not=why_not)
     return _known_or(new, known)
 
 
-def _attractor(run: Run, **more: Any) -> Attractor:
+def _is_lossless(system: Any) -> bool:
+    """Whether nothing takes energy."""
+    if isinstance(system, System):
+        damped = system.pendulum_damping or system.oscillator_damping
+        return system.restitution == 1.0 and not (system.friction or damped)
+    damping = (system.damping, system.damping_ratios)
+    damped = any(each is not None and np.any(each) for each in damping)
+    return not damped and all(
+        stop.restitution == 1.0 and not stop.friction for stop in system.stops
+    )
+
+
+def _rubs(system: Any) -> bool:
+    """Whether there is friction."""
+    if isinstance(system, System):
+        return system.friction > 0.0
+    return any(stop.friction > 0.0 for stop in system.stops)
+
+
+def _attractor(run: Any, **more: Any) -> Attractor:
     """Return an attractor found by a run that does not repeat."""
     label = "quasi-periodic" if more["kind"] == "family" else run.label
-    return Attractor(label=label, sections=run.stroboscopic, start=run.initial, **more)
+    return Attractor(label=label, sections=run.stroboscopic, start=_start(run), **more)
+
+
+def _start(run: Any) -> tuple[Any, ...]:
+    start: tuple[Any, ...] = machine_of(run.system).start(run.initial)
+    return start
 
 
 def _family(why: Family) -> dict[str, Any]:
@@ -208,7 +230,7 @@ def _known_or(new: Attractor, known: Sequence[Attractor]) -> Attractor:
 
 
 def _periodic(
-    run: Run, follow: Follow, known: Sequence[Attractor], workers: int | None
+    run: Any, follow: Follow, known: Sequence[Attractor], workers: int | None
 ) -> Attractor:
     """Return the attractor of a run that has a period, confirmed if it can be."""
     m, n = run.period.m, run.period.n
@@ -216,29 +238,45 @@ def _periodic(
     assert n is not None
     # The period may have been detected from more sections than were kept.
     sections = (run.resume(periods=m) if m > len(run.stroboscopic) else run).stroboscopic[-m:]
-    rotor = run.system.is_rotor
     new = Attractor(
         label=run.label,
         kind="periodic",
         sections=sections,
-        start=run.initial,
+        start=_start(run),
         orbit=(m, -1 if math.isinf(n) else int(n)),
-        rotor=rotor,
+        rotor=is_rotor(run.system),
     )
-    if run.stop_reason == "rest" and run.system.friction > 0.0:
+    if run.stop_reason == "rest" and _rubs(run.system):
         return _known_or(replace(new, **_family(Family.AT_REST)), known)
-    motion = refine(run)
-    if isinstance(motion, PeriodicMotion) and motion.stable:
-        new = _known_or(replace(new, sections=motion.sections, motion=motion), known)
+    motion = run.refine()
+    if motion and _is_stable(motion):
+        found = _sections(motion)
+        new = _known_or(replace(new, sections=found, motion=motion), known)
         if new in known:
             return new
-        region = trapping_region(run.system, motion.sections, follow, workers=workers)
+        region = trapping_region(run.system, flat(found), follow, workers=workers)
         why_not = "" if region is not None else "no trapping region was confirmed"
         return replace(new, region=region, confirmed=region is not None, why_not=why_not)
-    if abs(largest_multiplier(run.system, sections, follow) - 1.0) <= _ON_UNIT_CIRCLE:
+    if abs(largest_multiplier(run.system, flat(sections), follow) - 1.0) <= _ON_UNIT_CIRCLE:
         return _known_or(replace(new, **_family(Family.NOT_ISOLATED)), known)
-    if isinstance(motion, PeriodicMotion):
-        why = motion.why_not or f"unstable, |lambda| = {abs(motion.multipliers[0]):.6g}"
+    if motion:
+        unstable = f"unstable, |lambda| = {abs(motion.multipliers[0]):.6g}"
+        why = getattr(motion, "why_not", "") or unstable
     else:
         why = motion.reason
     return _known_or(replace(new, why_not=why), known)
+
+
+def _is_stable(motion: PeriodicMotion | StructureOrbit) -> bool:
+    if isinstance(motion, PeriodicMotion):
+        return motion.stable
+    return motion.stability == "stable"
+
+
+def _sections(motion: PeriodicMotion | StructureOrbit) -> Array:
+    """Return the states of a motion at the starts of its drive periods."""
+    if isinstance(motion, PeriodicMotion):
+        return motion.sections
+    run: Any = simulate(motion.system, initial=motion.state, periods=motion.m)
+    sections: Array = run.stroboscopic
+    return sections

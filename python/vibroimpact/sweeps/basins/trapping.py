@@ -10,14 +10,14 @@ each drive period. Half of that radius is used.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core
-from ...system import System
 from ..fields import STATUS_NAMES
-from .region import Follow, Region, wrapped
+from .region import Follow, Region, is_rotor, wrapped
 
 Array = NDArray[np.float64]
 
@@ -31,12 +31,14 @@ _WIDEST, _NARROWEST = 0.25, 1e-9
 _INNERMOST = 1e-3
 # Step of the central differences, as part of the motion's size.
 _STEP = 1e-6
+# Numbers of a state, up to which an equation for the norm is solved directly, in their square.
+_DIRECT = 8
 # Part of the confirmed radius that is used.
 _USED = 0.5
 
 
 def arrive(
-    system: System,
+    system: Any,
     starts: Array,
     regions: list[Region],
     follow: Follow,
@@ -44,13 +46,14 @@ def arrive(
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> _core.Arrivals:
-    """Follow every start, shape (n, 4), until it arrives in one of the regions, or to the end."""
+    """Follow every start, shape (n, d), until it arrives in one of the regions, or to the end."""
+    width = starts.shape[1]
     caps = {} if follow.max_events is None else {"max_events": follow.max_events}
     arrivals = _core.arrivals(
         system._compiled,
         starts,
-        centers=np.array([region.center for region in regions]).reshape(-1, 4),
-        factors=np.array([region.factor for region in regions]).reshape(-1, 4, 4),
+        centers=np.array([region.center for region in regions]).reshape(-1, width),
+        factors=np.array([region.factor for region in regions]).reshape(-1, width, width),
         counts=[list(region.counts) for region in regions],
         periods=follow.periods,
         keep=follow.keep,
@@ -63,7 +66,7 @@ def arrive(
 
 
 def trapping_region(
-    system: System, sections: Array, follow: Follow, *, workers: int | None = None
+    system: Any, sections: Array, follow: Follow, *, workers: int | None = None
 ) -> Region | None:
     """Find the widest trapping region of a periodic attractor, or None if none is confirmed.
 
@@ -72,7 +75,7 @@ def trapping_region(
     system, follow
         As elsewhere.
     sections
-        Its states at the starts of m drive periods, shape (m, 4).
+        Its states at the starts of m drive periods, shape (m, d).
     """
     size = _size(sections)
     m = len(sections)
@@ -85,7 +88,7 @@ def trapping_region(
     return regions[int(np.argmax(volume))] if regions else None
 
 
-def largest_multiplier(system: System, sections: Array, follow: Follow) -> float:
+def largest_multiplier(system: Any, sections: Array, follow: Follow) -> float:
     """Return the largest modulus of a multiplier of a periodic motion, from simulations alone."""
     m = len(sections)
     cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.chatter_tolerance), 1)
@@ -104,7 +107,7 @@ def _size(sections: Array) -> Array:
 class _Cycle:
     """The map of m drive periods."""
 
-    system: System
+    system: Any
     follow: Follow
     workers: int | None
 
@@ -113,7 +116,7 @@ class _Cycle:
         arrivals = arrive(self.system, starts, [], self.follow, workers=self.workers)
         if arrivals.interrupted:
             raise KeyboardInterrupt
-        ends = np.full((len(starts), 4), np.nan)
+        ends = np.full(starts.shape, np.nan)
         counts = np.full((len(starts), self.follow.keep), -2)
         left = arrivals.left
         ends[left], counts[left] = arrivals.tails[:, -1], arrivals.counts
@@ -155,10 +158,14 @@ class _Cycle:
         steps = _STEP * np.diag(size)
         starts = np.concatenate([center + steps, center - steps, center[None]])
         ends, _, possible = self(starts)
-        starts[:8][~possible[:8]] = center
-        ends[:8][~possible[:8]] = ends[8]
-        width = np.abs(starts[:4] - starts[4:8]).max(axis=1)
-        matrix = ((ends[:4] - ends[4:8]) / np.where(width > 0.0, width, 1.0)[:, None]).T
+        count = len(center)
+        both = slice(0, 2 * count)
+        starts[both][~possible[both]] = center
+        ends[both][~possible[both]] = ends[-1]
+        width = np.abs(starts[:count] - starts[count : 2 * count]).max(axis=1)
+        matrix = (
+            (ends[:count] - ends[count : 2 * count]) / np.where(width > 0.0, width, 1.0)[:, None]
+        ).T
         return matrix if np.isfinite(matrix).all() else None
 
     def _contracts(
@@ -171,7 +178,7 @@ class _Cycle:
         number: int,
     ) -> bool:
         """Whether random states of the ball come nearer with the motion's impacts."""
-        direction = draw.standard_normal((number, 4))
+        direction = draw.standard_normal((number, len(center)))
         direction /= np.linalg.norm(direction, axis=1)[:, None]
         # Half of them are on the surface, which decides; the others have all scales.
         scale = _INNERMOST ** draw.random(number)
@@ -181,7 +188,7 @@ class _Cycle:
         # States in which the bodies overlap are no starts; near a contact they lie on one side.
         if np.count_nonzero(possible) < number // 4:
             return False
-        off = wrapped(ends - center, rotor=self.system.is_rotor)
+        off = wrapped(ends - center, rotor=is_rotor(self.system))
         after = np.linalg.norm(off @ np.linalg.inv(ball).T, axis=1)[possible]
         return bool(
             (after <= slowest * scale[possible]).all() and (passed[possible] == counts).all()
@@ -190,7 +197,16 @@ class _Cycle:
 
 def _metric(matrix: Array, size: Array) -> Array:
     """Solve P = D + A^T P A for a matrix A whose powers vanish; D scales the coordinates."""
-    scale = np.diag(size**-2.0)
+    scale: Array = np.diag(size**-2.0)
+    count = len(matrix)
+    if count > _DIRECT:
+        # The sum of (A^T)^k D A^k, twice as many terms in each step.
+        metric: Array = scale
+        power = matrix
+        while np.abs(power).max() > 0.0:
+            metric = metric + power.T @ metric @ power
+            power = power @ power
+        return 0.5 * (metric + metric.T)
     kron = np.kron(matrix.T, matrix.T)
-    metric = np.linalg.solve(np.eye(16) - kron, scale.ravel()).reshape(4, 4)
-    return 0.5 * (metric + metric.T)
+    solved = np.linalg.solve(np.eye(count * count) - kron, scale.ravel()).reshape(count, count)
+    return 0.5 * (solved + solved.T)
