@@ -13,7 +13,6 @@ from . import options as shared
 from .engine import HELP, add_engine, engine
 from .exit_codes import ExitCode
 
-COORDINATES = ("x1", "v1", "x2", "v2")
 # Fewest cells along an axis for the measures of a boundary: distances of 1, 2 and 4 cells fit in.
 MEASURED = 32
 ABOUT = f"""\
@@ -34,7 +33,7 @@ than overlap), and on planes of {MEASURED} x {MEASURED} cells or more the uncert
 exponent and the boundary basin entropy.
 
 columns of the CSV, one row per cell, the second coordinate running fastest:
-  x1, v1, x2, v2  the two coordinates that vary
+  x1, v1, x2, v2  the two coordinates that vary; of a structure q_0 ..., v_0 ...
   attractor       number of the attractor, -1 for none
   label           its label, or the status where there is none
   status          completed; overlap, the bodies do so at the start;
@@ -63,7 +62,7 @@ def add(subparsers: Any) -> None:
     )
     shared.add_vary(
         command,
-        what="twice: one of x1, v1, x2, v2",
+        what="twice: one of x1, v1, x2, v2; of a structure q-0, ..., v-0, ...",
         example="x1 -0.3 0.3 400; the first is drawn to the right",
     )
     shared.add_system(command)
@@ -88,13 +87,12 @@ def add(subparsers: Any) -> None:
 def run(options: argparse.Namespace) -> ExitCode:
     """Fill the plane; after Ctrl-C write what is done, then raise Interrupted."""
     request = shared.Request.of(options)
-    request.need_two_bodies("basins")
-    plane = shared.grid(options.vary, axes=2, names=COORDINATES)
+    plane = shared.grid(options.vary, axes=2, names=request.file.machine.coordinates())
     system = request.system()
     values = request.values(
         *("max_events", "chatter_tolerance"),
         own=("periods", "keep", "scouts", "rounds"),
-        initial=(0.0, 0.0, 0.0, 0.0),
+        initial=None,
     )
     outputs.check(options)
     with engine(options) as computing:

@@ -19,6 +19,7 @@ from ..errors import ParameterError
 from ..physical import QUANTITIES
 from ..stop import OF_STOPS
 from ..structure import Structure
+from ..sweeps.columns import COORDINATES
 from ..system import System
 
 # Numbers of a structure that can vary, beside those of its stops.
@@ -40,6 +41,10 @@ class Description(ABC):
     @abstractmethod
     def names(self, units: Mapping[str, Any]) -> tuple[str, ...]:
         """Return what can be varied; with ``units`` in SI."""
+
+    @abstractmethod
+    def coordinates(self) -> tuple[str, ...]:
+        """Return the names of the coordinates of a start."""
 
     @abstractmethod
     def impact_values(self) -> dict[str, dict[str, Any]]:
@@ -98,6 +103,10 @@ class DescribedSystem(Description):
         """Return what can be varied: parameters, or quantities in SI."""
         return QUANTITIES if units else tuple(PARAMETERS)
 
+    def coordinates(self) -> tuple[str, ...]:
+        """Return the names of the coordinates of a start."""
+        return COORDINATES
+
     def impact_values(self) -> dict[str, dict[str, Any]]:
         """Return the columns of impacts that a figure can show, as it is asked for them."""
         names = ("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss")
@@ -132,11 +141,18 @@ class DescribedStructure(Description):
         of_one = (f"{name}_{place}" for name, place in itertools.product(OF_STOPS, places))
         return (*_OF_STRUCTURES, *OF_STOPS, *of_one)
 
+    def coordinates(self) -> tuple[str, ...]:
+        """Return the names of the coordinates of a start: q_0 ..., v_0 ..."""
+        return tuple(f"{part}_{i}" for part in "qv" for i in self._places)
+
+    @property
+    def _places(self) -> range:
+        return range(len(self.fields.get("mass", self.fields.get("shapes"))))
+
     def impact_values(self) -> dict[str, dict[str, Any]]:
         """Return the columns of impacts that a figure can show, as it is asked for them."""
-        places = range(len(self.fields.get("mass", self.fields.get("shapes"))))
         names = ("approach_velocity", "phase", "impulse_normal", "energy_loss")
-        wide = itertools.product(("q", "v_pre", "v_post"), places)
+        wide = itertools.product(("q", "v_pre", "v_post"), self._places)
         return {name: {"value": name} for name in names} | {
             f"{name}_{i}": {"value": name, "coordinate": i} for name, i in wide
         }
