@@ -450,7 +450,6 @@ def test_slips_in_a_json_are_named(rig, text, words):
         ("orbits --follow gap-0 0.2 0.4 --plot b.png --value energy-loss", "--value energy-loss: "),
         ("orbits --set drive-frequency 0", "drive_frequency = 0.0"),
         ("chart --vary gap 0 1 3 --vary q-0 0 1 3", "--vary q-0: "),
-        ("basins --vary x1 0 1 3 --vary x2 0 1 3", "basins is not for structures"),
     ],
 )
 def test_what_a_structure_cannot_have_is_refused(rig, line, message):
