@@ -160,8 +160,11 @@ def _limited(call: Call, changes: dict[str, Any]) -> dict[str, Any]:
         if not fast or isinstance(value, str | bytes | dict | set):
             continue
         with contextlib.suppress(TypeError, ValueError, OverflowError):
+            given_numbers = np.asarray(value)
+            if np.iscomplexobj(given_numbers):
+                continue
             with np.errstate(over="ignore"):
-                numbers = np.abs(np.asarray(value, np.float64))
+                numbers = np.abs(given_numbers.astype(np.float64))
             numbers = numbers[np.isfinite(numbers)]
             slow = name == "drive_frequency" and (numbers[numbers > 0.0] < 0.05).any()
             if slow or (numbers > 50.0).any():

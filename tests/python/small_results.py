@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import vibroimpact as vi
-from struck import moving_run
+from struck import moving_run, small_diagram
 from systems import PAPER, ROUGH
 
 START = (0.0, 0.5, 0.0, 0.0)
@@ -78,6 +78,7 @@ def folder() -> Path:
         "sweep": vi.sweep(ROUGH, gap=[0.5], **options),
         "chart": vi.chart(ROUGH, gap=[0.5], friction=[0.1], **options),
         "diagram": vi.bifurcation_diagram(ROUGH, drive_frequency=[1.5], **options),
+        "structure_diagram": small_diagram(),
         "lyapunov": vi.lyapunov_spectrum(ROUGH, initial=START, periods=20, gap=[0.5]),
         "structure_run": moving_run(),
         "branch": branch(),

@@ -150,6 +150,11 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"periods": 1, "keep": 1},
             _PERIODS | {"max_events": "whole number or none", "units": "object or none"},
         ),
+        "StructureDiagram.to_pandas": (
+            small_diagram().to_pandas,
+            {"rows": "impact"},
+            {"rows": "a word of a list"},
+        ),
         "StructureDiagram.run": (small_diagram().run, {"i": 1}, {"i": "index"}),
         "bifurcation_diagram: structure": (
             vi.bifurcation_diagram,

@@ -256,41 +256,12 @@ def test_a_chart_is_that_of_python(rig):
     assert imread("c.png").std() > 0.0
 
 
-OSCILLATOR = """
-[structure]
-mass = [[1.0]]
-stiffness = [[1.0]]
-damping_ratios = [0.05]
-drive_amplitude = [1.0]
-drive_frequency = 3.0
-
-[[structure.stops]]
-normal = [1.0]
-gap = 0.3
-restitution = 0.8
-
-[[structure.stops]]
-normal = [-1.0]
-gap = 0.6
-restitution = 0.7
-"""
-
-
 def test_basins_are_those_of_python(rig):
     line = "basins --vary q-0 -0.5 0.4 5 --vary v-0 -2 2 4 --scouts 20 --periods 300 --keep 60"
-    rig(f"{line} --quiet --csv b.csv --plot b.png", text=OSCILLATOR)
-    structure = vi.Structure(
-        [[1]],
-        [[1]],
-        [vi.Stop([1], 0.3, 0.8), vi.Stop([-1], 0.6, 0.7)],
-        damping_ratios=[0.05],
-        drive_amplitude=[1],
-        drive_frequency=3.0,
-    )
+    rig(f"{line} --quiet --csv b.csv --plot b.png", text=PLAIN_FILE)
     plane = {"q_0": np.linspace(-0.5, 0.4, 5), "v_0": np.linspace(-2.0, 2.0, 4)}
-    basins = vi.basins(structure, **plane, scouts=20, periods=300, keep=60)
-    columns = table("b.csv")
-    assert columns["attractor"] == [str(each) for each in basins.attractor.ravel()]
+    basins = vi.basins(PLAIN, **plane, scouts=20, periods=300, keep=60)
+    assert table("b.csv")["attractor"] == [str(each) for each in basins.attractor.ravel()]
     assert imread("b.png").std() > 0.0
 
 

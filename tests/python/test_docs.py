@@ -20,6 +20,7 @@ from systems import PAPER
 from vibroimpact._core import CONTACTS, LAWS, PARAMETERS, EvidenceKind
 from vibroimpact.orbits import BifurcationKind
 from vibroimpact.single_impact.results import SOLUTION_DTYPE
+from vibroimpact.sweeps.results import GridResult
 
 ROOT = repository.root()
 PAGES = sorted(
@@ -306,8 +307,17 @@ def test_notation_names_all_that_comes_with_period_n_1_motions():
 
 
 def test_notation_names_every_attribute_of_a_diagram():
-    attributes = [name for name, item in vars(vi.Diagram).items() if isinstance(item, property)]
-    assert first_column("Bifurcation diagrams") == attributes
+    named = first_column("Bifurcation diagrams")
+    own = {
+        name
+        for kind in vi.Diagram.__mro__
+        if kind not in GridResult.__mro__
+        for name, item in vars(kind).items()
+        if isinstance(item, property)
+    }
+    assert len(named) == len({*named})
+    assert {*named} >= own
+    assert all(isinstance(getattr(vi.Diagram, name), property) for name in named)
 
 
 def test_notation_names_every_attribute_of_a_manifold():

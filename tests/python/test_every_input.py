@@ -48,7 +48,10 @@ ELSEWHERE = {
         "test_units.py",
     ),
     **dict.fromkeys(
-        (f"{name}.system_at" for name in ("Sweep", "Chart", "Diagram", "LyapunovSweep")),
+        (
+            f"{name}.system_at"
+            for name in ("Sweep", "Chart", "Diagram", "StructureDiagram", "LyapunovSweep")
+        ),
         "test_made_systems.py",
     ),
 }

@@ -121,10 +121,10 @@ LONG = {
 # Asks of the core before Ctrl-C comes.
 ASKS = dict.fromkeys(LONG, 100_000) | {"impact_agreement": 50}
 # A moment's work: a table of impacts (a plain KeyboardInterrupt ends a huge one), one orbit by
-# Newton's method, one file.
+# Newton's method, one file, a branch of one mode (the others are followed by the same code).
 # Serves a page until Ctrl-C, which is its usual end (test_explorer.py).
 SERVING = {"explore"}
-SHORT = {"impact", "impact_regimes", "periodic_motion", "load"}
+SHORT = {"impact", "impact_regimes", "periodic_motion", "load", "nonsmooth_mode"}
 
 
 def test_every_function_of_the_package_is_long_or_short():

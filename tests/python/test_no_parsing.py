@@ -18,10 +18,14 @@ ALLOWED = {
     "cli/exit_codes.py": (1, "lines of a help text"),
     "cli/hints.py": (5, "words of a command line"),
     "cli/options.py": (1, "a comma of a message"),
+    "explorer/structure_numbers.py": (6, "numbers in the names that users give, as gap_0"),
     "interruption.py": (1, "underscore of names in Python"),
+    "orbits/structure.py": (1, "a number in a name that users give, as friction_0"),
+    "plot/style.py": (1, "a number in a name that users give, as gap_0"),
     "sweeps/basins/files.py": (2, "names of arrays in a file"),
+    "sweeps/diagram.py": (1, "a number in a name that users give, as gap_0"),
     "sweeps/merge.py": (1, "names of folders of a store"),
-    "sweeps/store_layout.py": (2, "names of dimensions and settings of a store"),
+    "sweeps/store_layout.py": (1, "names of flags of a store"),
     "verbs.py": (1, "module and function of an entry of the registry"),
 }
 MODULES = sorted(PACKAGE.rglob("*.py"))

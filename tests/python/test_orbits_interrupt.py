@@ -9,7 +9,6 @@ import pytest
 
 import sizes
 import vibroimpact as vi
-from vibroimpact.orbits import following
 from vibroimpact.orbits.curve_problem import CurveProblem
 from vibroimpact.orbits.problem import OrbitProblem
 
@@ -73,7 +72,7 @@ def rows_in(part, whole):
 
 @pytest.mark.parametrize(
     "place",
-    [(OrbitProblem, "residual"), (OrbitProblem, "tests"), (following, "motion_of")],
+    [(OrbitProblem, "residual"), (OrbitProblem, "tests"), (OrbitProblem, "motion")],
     ids=lambda place: place[1],
 )
 def test_a_branch(monkeypatch, place):

@@ -75,7 +75,7 @@ SLIPS = {
     "vi.sweep(system, initial=(0, 0.5, 0, 0), X1=[1])": "call-overload",
     "vi.bifurcation_diagram(system, initial=(0, 0.5, 0, 0), omega=[1])": "call-overload",
     "vi.lyapunov_spectrum(system, initial=(0, 0.5, 0, 0), gaps=[1])": "call-overload",
-    "vi.basins(system, x=[1], v1=[1])": "call-arg",
+    "vi.basins(system, x=[1], v1=[1])": "call-overload",
     "vi.motion_map(system, drive_freq=[1])": "call-arg",
     "vi.simulate(system, initial=(0, 0.5, 0, 0), periods=3, units='si')": "call-overload",
 }

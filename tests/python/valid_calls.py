@@ -439,7 +439,7 @@ def calls() -> dict[str, Call]:
         ),
         "load": Call(vi.load, {"path": _path("run")}, {"path": "path that is missing"}),
     }
-    grids = (vi.Sweep, vi.Chart, vi.Diagram, vi.LyapunovSweep)
+    grids = (vi.Sweep, vi.Chart, vi.Diagram, vi.StructureDiagram, vi.LyapunovSweep)
     names = {vi.PeriodicMotion: "motion", vi.LyapunovSpectrum: "spectrum", vi.Branch: "branch"}
     names[vi.StructureRun] = "structure_run"
     for result in (vi.Run, vi.Basins, *grids, *names):

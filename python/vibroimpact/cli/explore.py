@@ -4,9 +4,6 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..explorer import explore
-from ..explorer.code import python_code
-from ..explorer.server import first_state
 from . import options as shared
 from .exit_codes import ExitCode
 from .machines import FLAGS
@@ -58,6 +55,11 @@ def add(subparsers: Any) -> None:
 
 def run(options: argparse.Namespace) -> ExitCode:
     """Serve the page until Ctrl-C, or print its code."""
+    # Here: its texts are those of pictures, and other commands do without matplotlib.
+    from ..explorer import explore
+    from ..explorer.code import python_code
+    from ..explorer.server import first_state
+
     if options.system is None:
         options.system = options.file
     given = (getattr(options, name) for name in (*FLAGS, "set"))

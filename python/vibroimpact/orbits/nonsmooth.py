@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from .branch import Branch
 from .following import Settings, follow_half, joined
 from .resegment import oriented
 from .undriven import UndrivenProblem, is_undriven
+
+# As drive frequencies from 1e-50 on.
+LARGEST_PERIOD: Final = 1e50
 
 
 @interruptible
@@ -49,8 +52,12 @@ def nonsmooth_mode(
         Number of the mode, from 0.
     stop
         Number of the stop that it meets, from 0.
-    step, max_step, max_points
-        As in ``follow_motion``.
+    step
+        First step of the continuation, as in ``follow_motion``.
+    max_step
+        Largest step, likewise.
+    max_points
+        Most points of the branch.
 
     Returns
     -------
@@ -87,9 +94,11 @@ def nonsmooth_mode(
     if not at.gap > 0.0:
         reject("gap", at.gap, f"a number > 0 of stop {stop}, at which the mode can graze")
     begin = math.tau / frequency
-    allowed = f"a range (low, high) around the period of the mode, {begin!r}"
+    allowed = (
+        f"a range (low, high) around the period of the mode, {begin!r}, up to {LARGEST_PERIOD!r}"
+    )
     low, high = (number("period", end, allowed) for end in pair("period", period, allowed))
-    if not 0.0 < low <= begin <= high or low == high:
+    if not 0.0 < low <= begin <= high <= LARGEST_PERIOD or low == high:
         reject("period", (low, high), allowed)
     settings = Settings.checked("period", (low, high), step, max_step, max_points)
     maker = functools.partial(_with_period, structure)

@@ -53,7 +53,7 @@ def run_of_cell(result: GridResult, *indices: int) -> Any:
     return _run(result.system_at(number), initial, settings)
 
 
-def run_of_point(diagram: AnyDiagram, i: int) -> Any:
+def run_of_point(diagram: AnyDiagram[Any], i: int) -> Any:
     """Make the run of a point of a diagram again; see ``Diagram.run``."""
     place = count("i", i, least=-len(diagram), most=len(diagram) - 1) % len(diagram)
     settings = vars(diagram.settings)
@@ -70,7 +70,7 @@ def run_of_point(diagram: AnyDiagram, i: int) -> Any:
     return _run(system, own, settings)
 
 
-def _followed(diagram: AnyDiagram, branch: int, number: int, start: str) -> list[float] | None:
+def _followed(diagram: AnyDiagram[Any], branch: int, number: int, start: str) -> list[float] | None:
     """Return the state from which a point of a followed branch started; None for the branch's own.
 
     It is the last state of the nearest point before it that has one: a run that failed has none,

@@ -359,7 +359,7 @@ def _itself(columns: Columns) -> Columns:
     return columns
 
 
-def _midpoints(diagram: AnyDiagram) -> NDArray[np.float64]:
+def _midpoints(diagram: AnyDiagram[Any]) -> NDArray[np.float64]:
     """Return the middle of each step across which the label changes on a branch."""
     values = diagram.values
     labels = diagram.label.reshape(-1, len(values))

@@ -6,14 +6,15 @@ those of Han, Jin & Hu (2004), eq. (48); see the theory page, section 6.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import reject
 from ..interruption import interruptible
-from ..run import read_only
+from ..run import Run, read_only
+from ..structure_run import StructureRun
 from ..tables import frame
 from ..verbs import verb
 from .columns import Columns
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 Start = Literal["fresh", "forward", "backward"]
 Rows = Literal["impact", "stroboscopic", "point"]
+RunT = TypeVar("RunT", bound=Run | StructureRun)
 
 
 @interruptible
@@ -62,7 +64,7 @@ def _tuples(value: Any) -> Any:
 
 
 @interruptible
-class AnyDiagram(GridResult):
+class AnyDiagram(GridResult, Generic[RunT]):
     """What diagrams of all machines have: n points on branches, and the rows of their sections."""
 
     def __init__(self, columns: Columns) -> None:
@@ -77,7 +79,7 @@ class AnyDiagram(GridResult):
         start = tuple(settings.pop("start"))
         return DiagramSettings(initial=initial, start=start, **settings)
 
-    def run(self, i: int) -> Any:  # type: ignore[override]
+    def run(self, i: int) -> RunT:  # type: ignore[override]
         """Make the run of a point again, to the same bits.
 
         Parameters
@@ -109,7 +111,8 @@ class AnyDiagram(GridResult):
         >>> diagram.run(2).label == diagram.label[2]
         True
         """
-        return verb("run_of_point")(self, i)
+        run: RunT = verb("run_of_point")(self, i)
+        return run
 
     def to_pandas(self, rows: Rows = "impact") -> "pandas.DataFrame":
         """Return the diagram as a data frame.
@@ -265,7 +268,7 @@ class AnyDiagram(GridResult):
 
 
 @interruptible
-class Diagram(AnyDiagram):
+class Diagram(AnyDiagram[Run]):
     """A bifurcation diagram of n points; all arrays are read-only.
 
     A point is one value of the parameter on one branch; the points of a branch follow each other. A

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..interruption import interruptible
+from ..structure_run import StructureRun
 from ..tables import Table, of_columns
 from .diagram_results import AnyDiagram
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @interruptible
-class StructureDiagram(AnyDiagram):
+class StructureDiagram(AnyDiagram[StructureRun]):
     """A bifurcation diagram of structures: n points, as a Diagram has them, and their impacts.
 
     Examples

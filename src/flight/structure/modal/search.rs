@@ -11,8 +11,8 @@ use smallvec::SmallVec;
 use super::begins::Begins;
 use super::shared::Shared;
 use super::stop_gap::StopGap;
-use crate::flight::structure::again_at_the_end;
 use super::{ModalFlight, ModalMotion, StopContact};
+use crate::flight::structure::again_at_the_end;
 use crate::numerics::lanes::LANES;
 use crate::search::first_contact::{Found, Start, first_contact};
 
