@@ -5,9 +5,9 @@
 //! [--structures by-modes | coupled] [--csv FILE]`
 //!
 //! With `--loads yes` bodies may have constant loads; with `--structures` the flights are those of
-//! linear structures with a stop, and there is no FILE. FILE receives all disagreements and 10,000 flights at equal distances, for the referee in ball
-//! arithmetic: `cd tests && python -m reference.certify FILE`. Ends with status 1 if any flight
-//! disagrees.
+//! linear structures with a stop, and there is no FILE. FILE receives all disagreements and 10,000
+//! flights at equal distances, for the referee in ball arithmetic:
+//! `cd tests && python -m reference.certify FILE`. Ends with status 1 if any flight disagrees.
 
 #[path = "../tests/support/audit.rs"]
 mod audit;

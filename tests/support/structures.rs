@@ -16,6 +16,8 @@ use super::judge::{Judge, Last, Level, Outcome, Searched, Told};
 use super::linear_motion::{Case, Exact, MOST};
 
 impl Case {
+    /// What is drawn is a structure.
+    #[allow(clippy::unwrap_used)]
     fn structure(&self) -> Structure {
         Structure::builder(self.mass.clone(), self.stiffness.clone())
             .damping(self.damping.clone())
