@@ -50,6 +50,8 @@ nitpick_ignore = [
         "sweeps.basins.attractors.Tails",
         "sweeps.basins.clouds.Cloud",
         "sweeps.results.GridResult",
+        "sweeps.diagram_results.RunT",
+        "run_record.MachineT",
         "sweeps.basins.region.Follow",
         "sweeps.basins.region.Region",
         "orbits.curve_problem.CurveProblem",
