@@ -438,6 +438,7 @@ mod tests {
             .mass_ratio(0.6)
             .frequency_ratio(0.0)
             .restitution(0.8)
+            .gap(0.5)
             .drive_frequency(1.5)
             .build()
             .unwrap();

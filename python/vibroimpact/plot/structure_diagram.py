@@ -102,6 +102,10 @@ def structure_bifurcation(
         across = axes.get_xaxis_transform()
         missing = diagram.parameter[~ended]
         axes.vlines(missing, 0, 0.03, color="0.45", transform=across, linewidth=0.8)
+    # Where there are no impacts all values are seen, too.
+    left, right = axes.get_xlim()
+    values = diagram.parameter
+    axes.set_xlim(min(left, float(values.min())), max(right, float(values.max())))
     axes.set_xlabel(grid_label(diagram, diagram.parameter_name))
     return axes
 
