@@ -33,7 +33,7 @@ than overlap), and on planes of {MEASURED} x {MEASURED} cells or more the uncert
 exponent and the boundary basin entropy.
 
 columns of the CSV, one row per cell, the second coordinate running fastest:
-  x1, v1, x2, v2  the two coordinates that vary; of a structure q_0 ..., v_0 ...
+  x1, v1, x2, v2  the two coordinates that vary; of structures q_0, v_0 ...
   attractor       number of the attractor, -1 for none
   label           its label, or the status where there is none
   status          completed; overlap, the bodies do so at the start;
