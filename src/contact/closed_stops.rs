@@ -36,7 +36,6 @@ const ORDERS: usize = 6;
 
 /// What follows.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(dead_code)] // sustained contact comes with the event loop
 pub(crate) enum Landing {
     /// These stay closed. The structure leaves the others, and how a flight starts at them.
     Hold { closed: Closed, leaving: Vec<(usize, Start)> },
@@ -61,7 +60,6 @@ enum Fate {
 /// What follows from q and q' at an instant, with the `candidates` touched without approach, to
 /// rounding. `at_rest`: one of them whose velocity of slip is 0 by what came before, whatever
 /// rounding has made of it: slip has just ended, or an impact has ended in stick.
-#[allow(dead_code)]
 pub(crate) fn land(
     structure: &Structure,
     clock: Clock,

@@ -32,7 +32,6 @@ pub(crate) use leg::LinearFlight;
 
 /// Which stops stay closed, and how. All that one list names see no friction.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(dead_code)] // sustained contact comes with the event loop
 pub(crate) enum Closed {
     /// These, ascending, without friction; none: free flight.
     Frictionless(Vec<usize>),
@@ -45,7 +44,6 @@ pub(crate) enum Closed {
 
 /// Forces in a closed stop, P >= 0 against its normal and Q along its tangent.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(dead_code)]
 pub(crate) struct StopForce {
     pub stop: usize,
     pub normal: f64,
@@ -123,7 +121,6 @@ impl LinearMotion {
     }
 
     /// Which stops are closed.
-    #[allow(dead_code)]
     pub fn closed(&self) -> &Closed {
         &self.closed
     }
@@ -144,7 +141,7 @@ impl LinearMotion {
     }
 
     /// The clock at a time after the start of a leg.
-    #[allow(dead_code)]
+    #[cfg(test)]
     pub fn clock_after(&self, flight: &LinearFlight, elapsed: DoubleDouble) -> Clock {
         self.drive.advance(flight.clock, elapsed)
     }
@@ -172,7 +169,6 @@ impl LinearMotion {
 
     /// Forces in the closed stops at any time after the start of a leg. A stop whose normal is a
     /// combination of others' has none.
-    #[allow(dead_code)]
     pub fn forces(&self, flight: &LinearFlight, elapsed: DoubleDouble) -> Vec<StopForce> {
         let (place, rate) = self.free_after(flight, elapsed);
         let loads = self.loads_after(flight, elapsed);

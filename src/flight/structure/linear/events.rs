@@ -9,7 +9,6 @@ use crate::search::gap::{Gap, GapPoint};
 
 /// What ends a leg first, at the local time `time + offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(dead_code)] // sustained contact comes with the event loop
 pub(crate) enum LegEvent {
     /// An open stop is met.
     Met { stop: usize, time: f64, offset: f64 },
@@ -162,7 +161,6 @@ impl LinearMotion {
     }
 
     /// Whether the force in a closed stop, 0 now, falls.
-    #[allow(dead_code)]
     pub fn force_falls(&self, flight: &LinearFlight, stop: usize) -> bool {
         let condition = self.conditions.iter().find(|c| c.ends == Ends::Held(stop));
         let sign = |condition| LinearGap::new(self, flight, condition).leading(LEADING_NOISE);
