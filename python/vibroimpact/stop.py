@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -172,7 +172,21 @@ class Stop(ByValue, Shown):
 # What is changed in all stops of a structure by its name, and in one as name_number.
 OF_STOPS = ("gap", "restitution", "friction")
 _OF_ONE = re.compile(rf"({'|'.join(OF_STOPS)})_(0|[1-9]\d*)")
+_NUMBERED = re.compile(r"(.+)_(0|[1-9]\d*)")
 _NAMES = tuple(entry.name for entry in fields(Stop))
+
+
+class Numbered(NamedTuple):
+    """What a name with a number means, such as ``gap_0`` or ``v_pre_1``."""
+
+    what: str
+    place: int
+
+
+def numbered(name: str) -> Numbered | None:
+    """Return what a name with a number means, None of one without."""
+    match = _NUMBERED.fullmatch(name)
+    return Numbered(match[1], int(match[2])) if match else None
 
 
 def is_of_stops(name: str) -> bool:

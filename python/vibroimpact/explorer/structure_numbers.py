@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..arguments import not_negative, number, reject, starts
-from ..stop import OF_STOPS
+from ..stop import OF_STOPS, numbered
 from ..structure import Structure
 from .axis import Axis, around
 from .machine import STROBOSCOPIC, Machine
@@ -176,8 +176,8 @@ class StructureNumbers(Machine):
         found: dict[str, float | str] = {name: named[name] for name in named if name in
                                          self.parameters}  # fmt: skip
         for name in self._of_each:
-            kind, _, stop = name.rpartition("_")
-            found[name] = getattr(self.system.stops[int(stop)], kind)
+            if one := numbered(name):
+                found[name] = getattr(self.system.stops[one.place], one.what)
         return found | {name: getattr(self.system, name) for name in self.choices}
 
     def fields(self) -> dict[str, float | str]:
@@ -194,7 +194,7 @@ class StructureNumbers(Machine):
         return {
             name: value
             for name, value in self.fields().items()
-            if name not in names and name.rpartition("_")[0] not in names
+            if name not in names and not ((one := numbered(name)) and one.what in names)
         }
 
     def replace(self, **changes: Any) -> Self:
@@ -234,8 +234,8 @@ class StructureNumbers(Machine):
     def span(self, name: str) -> tuple[float, float]:
         """Return a range around what the structure was given."""
         fixed = {"phase": math.tau, DRIVE: 3.0, DAMPING: 5.0, "restitution": 1.0, "friction": 1.5}
-        kind, _, place = name.rpartition("_")
-        kind = kind if kind in OF_STOPS and place.isdigit() else name
+        one = numbered(name)
+        kind = one.what if one and one.what in OF_STOPS else name
         if kind in fixed:
             return 0.0, fixed[kind]
         if kind == "drive_frequency":
@@ -244,11 +244,11 @@ class StructureNumbers(Machine):
         length = self._length
         if kind == "gap":
             gaps = [stop.gap for stop in self.base.stops]
-            some = [gaps[int(place)]] if name != kind else gaps
+            some = [gaps[one.place]] if one else gaps
             return min(some) - length, max(some) + length
         # A start: as far as the stops, and as fast as the drive or the fastest mode goes there.
         frequency = self.base.drive_frequency or float(self.base.frequencies[-1]) or 1.0
-        reach = length if name.startswith("q") else frequency * length
+        reach = length if name in self.shown else frequency * length
         return -reach, reach
 
     @property
@@ -281,8 +281,9 @@ class StructureNumbers(Machine):
             return _WORDS[name][0]
         if name in self.coordinates:
             return f"{'q' if name[0] == 'q' else 'q̇'}{name[1:].translate(SUBSCRIPTS)}"
-        kind, _, place = name.rpartition("_")
-        return f"{_SYMBOLS[kind or name]}{place.translate(SUBSCRIPTS) if kind else ''}"
+        if one := numbered(name):
+            return f"{_SYMBOLS[one.what]}{str(one.place).translate(SUBSCRIPTS)}"
+        return _SYMBOLS[name]
 
     def words(self, name: str) -> str:
         """Return the name of a number, with its stop."""
@@ -290,9 +291,8 @@ class StructureNumbers(Machine):
             return ""
         if name in _WORDS:
             return _WORDS[name][1]
-        kind, _, place = name.rpartition("_")
-        if kind:
-            return f"{kind} of stop {place}"
+        if one := numbered(name):
+            return f"{one.what} of stop {one.place}"
         return name if len(self.base.stops) == 1 else f"{name} of all stops"
 
     @cached_property

@@ -12,6 +12,7 @@ from ..arguments import reject
 from ..errors import Interrupted
 from ..made import MadeStructure
 from ..run_parts import read_only
+from ..stop import numbered
 from ..structure_motion import StructureOrbit
 from ..structure_run import StructureRun
 from .found import NotFound
@@ -90,9 +91,9 @@ def need_impacts(motion: StructureOrbit, name: str) -> None:
         start = system._to_core(motion.state)
         _, why = _core.StructureItinerary.follow(compiled, start, motion.m, MAX_EVENTS)
         reject("motion", motion, f"one whose only events are impacts: {why}")
-    own, _, place = name.partition("_")
-    if own == "friction" and not isinstance(system, MadeStructure):
+    one = numbered(name)
+    if (one.what if one else name) == "friction" and not isinstance(system, MadeStructure):
         struck = {leg.stop for leg in motion.legs if leg.stop is not None}
-        for stop in struck & ({int(place)} if place else struck):
+        for stop in struck & ({one.place} if one else struck):
             if system.stops[stop].friction == 0.0:
                 reject(name, 0.0, "> 0 at the start: without it impacts have no direction of slip")

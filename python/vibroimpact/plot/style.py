@@ -21,6 +21,7 @@ from matplotlib.lines import Line2D
 
 from .._core import PARAMETERS, Regime
 from ..arguments import flag, naming, positive
+from ..stop import numbered
 
 BLACK = "#000000"
 ORANGE = "#E69F00"
@@ -129,13 +130,13 @@ def axis_name(name: str, *, made: bool) -> str:
 
 def structure_axis_name(name: str, *, made: bool) -> str:
     """Return the label of an axis of structures: numbers of stops in words, numbers of a start."""
-    what, _, place = name.partition("_")
-    if place.isdecimal() and what in ("q", "v"):
-        return f"${coordinate_symbol(what, int(place))}$"
+    one = numbered(name)
+    if one and one.what in ("q", "v"):
+        return f"${coordinate_symbol(one.what, one.place)}$"
     if made:
         return name
-    if place.isdecimal():
-        return f"{what} of stop {place}"
+    if one:
+        return f"{one.what} of stop {one.place}"
     return name if name in ("gap", "restitution", "friction") else PARAMETER_SYMBOLS.get(name, name)
 
 

@@ -18,6 +18,7 @@ from ..keyword_types import Parameters, completing
 from ..made import Maker, in_units, is_structure
 from ..scales import Units
 from ..simulation import refuse_overlap
+from ..stop import numbered
 from ..system import System
 from .call_types import DiagramCall
 from .cells import RunSettings, checked_axes, measure_of
@@ -284,7 +285,8 @@ def _check_overlap(
 ) -> None:
     # Of all swept parameters only gaps matter, and a state without overlap at the smallest gap has
     # none at any other.
-    gap = name.split("_")[0] == "gap"
+    one = numbered(name)
+    gap = (one.what if one else name) == "gap"
     least = float(values.min())
     for row, initial in enumerate(initials):
         try:

@@ -5,6 +5,7 @@ stroboscopic_offset[i] : stroboscopic_offset[i + 1] of the stroboscopic states. 
 those of Han, Jin & Hu (2004), eq. (48); see the theory page, section 6.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, get_args
 
@@ -64,7 +65,7 @@ def _tuples(value: Any) -> Any:
 
 
 @interruptible
-class AnyDiagram(GridResult, Generic[RunT]):
+class AnyDiagram(GridResult, ABC, Generic[RunT]):
     """What diagrams of all machines have: n points on branches, and the rows of their sections."""
 
     def __init__(self, columns: Columns) -> None:
@@ -161,9 +162,9 @@ class AnyDiagram(GridResult, Generic[RunT]):
         before = {"point": of_point, "branch": self.branch[of_point]}
         return frame({**before, name: self.parameter[of_point], **columns})
 
+    @abstractmethod
     def _impact_columns(self) -> dict[str, Any]:
         """Return columns of all impacts, each of one number per row."""
-        raise NotImplementedError
 
     def _flat(self, name: str) -> NDArray[Any]:
         array = self.columns[name]
