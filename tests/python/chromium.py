@@ -163,18 +163,19 @@ class Window:
 
     def element(self, name):
         """Return the element of a model in the page, inside all shadow roots."""
-        return self.js(
-            f"""
-            const id = {_model(name)}.id
-            return Bokeh.index.find_one_by_id(id).el
-            """
-        )
+        return self.js(f"return {_view(name)}.el")
+
+    def press(self, name):
+        """Press a button, once it has its place: what has just been shown is laid out later."""
+        button = f"{_view(name)}.el.shadowRoot.querySelector('button')"
+        self.wait(f"{button}.getBoundingClientRect().width > 0")
+        self.js(f"return {button}").click()
 
     def points_at(self, figure, *points):
         """Return the places in the window of points of a figure."""
         return self.js(
             f"""
-            const view = Bokeh.index.find_one_by_id({_model(figure)}.id)
+            const view = {_view(figure)}
             view.el.scrollIntoView({{block: "center"}})
             const box = view.el.getBoundingClientRect()
             const frame = view.frame
@@ -237,3 +238,7 @@ class Window:
 
 def _model(name):
     return f"Bokeh.documents[0].get_model_by_name({name!r})"
+
+
+def _view(name):
+    return f"Bokeh.index.find_one_by_id({_model(name)}.id)"

@@ -259,7 +259,7 @@ def test_a_box_zooms_and_the_way_back(window):
     assert abs(low - 1.5) < 0.01
     assert abs(high - 1.6) < 0.01
     window.wait("Math.min(...Bokeh.documents[0].get_model_by_name('diagram').data.at) > 1.45")
-    element(window, "back").shadow_root.find_element(By.CSS_SELECTOR, "button").click()
+    window.press("back")
     window.wait("Bokeh.documents[0].get_model_by_name('vary_low').value == '1.4'")
 
 
@@ -277,7 +277,7 @@ def test_a_box_zooms_cells_and_the_way_back(window, shown):
     assert abs(float(window.get(low, "value")) - box[0][0]) < 0.02
     left = f"Bokeh.documents[0].get_model_by_name('{name}').data.x[0]"
     window.wait(f"Math.abs({left} - {window.get(low, 'value')}) < 0.02")
-    element(window, "back").shadow_root.find_element(By.CSS_SELECTOR, "button").click()
+    window.press("back")
     window.wait(f"Bokeh.documents[0].get_model_by_name('{low}').value == '{before}'")
 
 
@@ -315,7 +315,7 @@ def test_presets_code_and_files(window):
         }
         """
     )
-    element(window, "motion-csv").shadow_root.find_element(By.CSS_SELECTOR, "button").click()
+    window.press("motion-csv")
     window.wait("window.saved.length == 1")
     rows = [*csv.DictReader(io.StringIO(window.js("return window.saved[0]")))]
     run = vi.simulate(state.system, initial=state.initial, periods=600, keep=100)
@@ -400,7 +400,7 @@ def test_copy_says_that_it_has_copied(window):
         navigator.clipboard.writeText = async (text) => window.copied = text
         """
     )
-    element(window, "copy").shadow_root.find_element(By.CSS_SELECTOR, "button").click()
+    window.press("copy")
     window.wait("window.labels.join() == 'copied,copy'")
     assert window.js("return window.copied") == python_code(DEFAULT)
 
