@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from ._core import PARAMETERS
 from .errors import ParameterError, StateError
 
+# The attribute of a function with the names that its signature has for completion only.
+LISTED = "_listed"
+
 Item = TypeVar("Item")
 Arguments = ParamSpec("Arguments")
 
@@ -33,9 +36,21 @@ class Horizon(NamedTuple):
     keep: int | None
 
 
+# Of a longer value an error shows the beginning.
+LONGEST = 200
+
+
+def in_short(value: object) -> str:
+    """Return a value as an error shows it: an object of many numbers says what it is."""
+    # Asked of the type: an object that gives hints for unknown names would give one here.
+    words = getattr(type(value), "_in_short", None)
+    text = repr(value) if words is None else words(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
+
+
 def reject(name: str, value: object, allowed: str) -> NoReturn:
     """Raise the ParameterError for ``name``; the wording is that of the compiled core."""
-    raise ParameterError(f"{name} = {value!r} is not allowed; allowed: {allowed}")
+    raise ParameterError(f"{name} = {in_short(value)} is not allowed; allowed: {allowed}")
 
 
 def number(name: str, value: Any, allowed: str = "a finite number") -> float:
@@ -151,6 +166,8 @@ _OTHER_NAMES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("cycles", "n_periods", "steps"), ("periods",)),
     **dict.fromkeys(("threads", "n_jobs", "cores"), ("workers",)),
     **dict.fromkeys(("tolerance", "tol", "atol"), ("chatter_tolerance",)),
+    **{"x": ("x1", "q_0"), "q": ("q_0",), "v": ("v1", "v_0")},
+    **{"x1": ("q_0",), "x2": ("q_1",), "v1": ("v_0",), "v2": ("v_1",)},
 }
 
 
@@ -193,7 +210,7 @@ def meant_in_package(name: str, public: Iterable[str]) -> str:
 
 # What attributes of results are called elsewhere; the first that an object has is meant.
 _OTHER_ATTRIBUTES: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("t", "times", "y"), ("trajectory",)),
+    **dict.fromkeys(("t", "times", "y", "q", "v", "x"), ("trajectory",)),
     "states": ("trajectory", "final_states"),
     **dict.fromkeys(("eigenvalues", "floquet_multipliers"), ("multipliers",)),
     "to_csv": ("to_pandas",),
@@ -259,8 +276,9 @@ def swept(
     shown = ", ".join(allowed) if shown is None else shown
     for name in given:
         if name not in allowed:
-            arguments = [*allowed, *inspect.signature(function).parameters]
-            hint = close_to(name, arguments) or ";"
+            # Without the names that its signature has for completion.
+            own = inspect.signature(function).parameters.keys() - getattr(function, LISTED, set())
+            hint = close_to(name, [*allowed, *own]) or ";"
             raise ParameterError(
                 f"unknown argument {name} of {function.__name__}{hint} what can be swept: {shown}"
             )
@@ -331,7 +349,7 @@ def array_of(
     # The text of the value is made for an error only: to print an array takes longer than to use
     # it.
     def refusal() -> str:
-        return f"{name} = {given!r} is not allowed; allowed: {allowed}"
+        return f"{name} = {in_short(given)} is not allowed; allowed: {allowed}"
 
     if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
         raise error(f"{refusal()}, without a mask")

@@ -3,7 +3,7 @@
 import inspect
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache, cached_property
 from typing import Any, ClassVar, Self, TypeVar
 
@@ -172,6 +172,18 @@ def fixed(array: NDArray[Number]) -> NDArray[Number]:
 def in_a_call(fields: Mapping[str, Any]) -> str:
     """Return fields as the arguments of a call; arrays as lists, which show every digit."""
     return ", ".join(f"{name}={_shown(value)!r}" for name, value in fields.items())
+
+
+def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Give what is in the fields of ``to_dict``, at any depth, each with its path."""
+    if isinstance(value, dict):
+        for name, part in value.items():
+            yield from leaves(part, f"{path}.{name}" if path else name)
+    elif isinstance(value, list):
+        for place, part in enumerate(value):
+            yield from leaves(part, f"{path}[{place}]")
+    else:
+        yield path, value
 
 
 def _shown(value: Any) -> Any:

@@ -12,6 +12,8 @@ from typing import Any, Literal, TypedDict, TypeVar
 
 from numpy.typing import ArrayLike
 
+from .arguments import LISTED
+
 Contact = Literal["oblique", "direct"]
 Law = Literal["poisson", "newton", "energetic", "paper"]
 CoulombLaw = Literal["poisson", "newton", "energetic"]
@@ -145,6 +147,7 @@ def completing(names: type) -> Callable[[Function], Function]:
         function.__signature__ = signature.replace(  # type: ignore[attr-defined]
             parameters=[*own[:-1], *more, own[-1]]
         )
+        setattr(function, LISTED, {each.name for each in more})
         return function
 
     return listed

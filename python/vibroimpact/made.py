@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import PARAMETERS
-from .arguments import close_to, reject, state, states, swept
+from .arguments import close_to, in_short, reject, state, states, swept
+from .by_value import leaves
 from .errors import ParameterError, StateError
 from .machine import Machine as AnyMachine
 from .physical import QUANTITIES
@@ -69,7 +70,8 @@ def made(function: Maker, values: Mapping[str, float]) -> System:
     system = called(function, values)
     if not isinstance(system, System):
         raise ParameterError(
-            f"at {in_words(values)}: the function gave {system!r}; allowed: a vibroimpact.System"
+            f"at {in_words(values)}: the function gave {in_short(system)}; allowed: a "
+            "vibroimpact.System"
         )
     return system
 
@@ -78,6 +80,11 @@ def takes(function: Callable[..., Any], name: str) -> bool:
     """Return whether a function takes an argument of a name; with ``**names`` it takes any."""
     known, _, any_name = _own_names(function)
     return any_name or name in known
+
+
+def names_of(function: Callable[..., Any]) -> list[str]:
+    """Return the names of the arguments of a function, but for those of its ``**names``."""
+    return _own_names(function)[0]
 
 
 def _own_names(function: Callable[..., Any]) -> tuple[list[str], list[str], bool]:
@@ -300,7 +307,7 @@ class MadeStructure(Structure):
         found = called(function, numbers)
         if not isinstance(found, Structure):
             raise ParameterError(
-                f"at {in_words(numbers)}: the function gave {found!r}; allowed: a "
+                f"at {in_words(numbers)}: the function gave {in_short(found)}; allowed: a "
                 "vibroimpact.Structure"
             )
         made = object.__new__(cls)
@@ -386,8 +393,8 @@ def started(
 
 
 def _must_be(at: str, made: Structure, start: Structure) -> None:
-    here, there = made.to_dict(), start.to_dict()
-    for name in sorted(here.keys() | there.keys()):
+    here, there = dict(leaves(made.to_dict())), dict(leaves(start.to_dict()))
+    for name in here | there:
         if not _alike(here.get(name), there.get(name)):
             raise ParameterError(
                 f"at {at} the function makes another structure than the motion has: {name} is "
@@ -396,12 +403,7 @@ def _must_be(at: str, made: Structure, start: Structure) -> None:
 
 
 def _alike(one: Any, other: Any) -> bool:
-    """Whether fields of structures agree to rounding."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(_alike(one[key], other[key]) for key in one)
-    if isinstance(one, list) and isinstance(other, list):
-        pairs = zip(one, other, strict=False)
-        return len(one) == len(other) and all(_alike(a, b) for a, b in pairs)
+    """Whether entries of structures agree to rounding."""
     if isinstance(one, float | complex | int) and isinstance(other, float | complex | int):
         return bool(np.isclose(one, other, rtol=_SAME, atol=_SAME))
     return bool(one == other)

@@ -359,6 +359,11 @@ class Structure(Machine):
             **stops,
         }
 
+    def _in_short(self) -> str:
+        counts = {"coordinate": self.coordinates, "stop": len(self.stops)}
+        some = [f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items()]
+        return f"a structure of {' with '.join(some)}"
+
     def _made_by(self) -> str:
         return "Structure.from_modes" if self._basis.is_modal else "Structure"
 

@@ -147,6 +147,26 @@ class StructureOrbit(FixedArrays, Shown):
         states = self.system._from_core(rows)
         return states[0] if single else states
 
+    def plot(self, **options: Any) -> list[Axes]:
+        """Draw the motion, by ``vi.plot.orbit``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.orbit``.
+
+        Returns
+        -------
+        list of matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> [ax.get_xlabel() for ax in motion.plot()]
+        ['$q_{0}$', '$t$']
+        """
+        axes: list[Axes] = verb("draw")(self, **options)
+        return axes
+
     def follow(self, **options: Any) -> Branch:
         """Follow the motion over a parameter, stable or not: ``vi.follow_motion(motion, ...)``.
 

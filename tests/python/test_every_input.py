@@ -17,6 +17,7 @@ from any_values import NOT_TRIED, TAKES, VALUES
 from complete_results import assert_complete
 from valid_calls import Call, calls, public_callables
 from vibroimpact import _core
+from vibroimpact.arguments import LONGEST
 from vibroimpact.keyword_types import Axes, Changes, StopChanges, StructureChanges
 
 # Of the numbers some are such gaps.
@@ -101,7 +102,8 @@ def work(monkeypatch):
 
 def shown(value: object, message: str) -> bool:
     """Whether a message shows a value: itself, its shape, its type, or the bad number in it."""
-    texts = {repr(value), str(value)}
+    # A long one is cut.
+    texts = {repr(value)[:LONGEST], str(value)}
     if isinstance(value, np.ndarray | np.generic):
         texts |= {f"shape {value.shape}", f"type {value.dtype}", repr(value.tolist())}
         texts |= {repr(part) for part in np.atleast_1d(value)}

@@ -8,8 +8,10 @@ import pytest
 
 import vibroimpact as vi
 from small_results import motion
+from two_masses import structure
 from vibroimpact import arguments
 from vibroimpact.cli import main
+from vibroimpact.sweeps.machines import machine_of
 from vibroimpact.system import SYMBOLS
 
 REQUIRED = {
@@ -110,6 +112,7 @@ def test_other_names_lead_to_arguments_that_exist():
         for function in (vi.System, vi.System.from_physical, vi.Structure, vi.simulate, vi.sweep)
         for name in inspect.signature(function).parameters
     }
+    taken |= {*machine_of(structure()).coordinates}
     for names in arguments._OTHER_NAMES.values():
         assert set(names) <= taken
 

@@ -416,7 +416,7 @@ def test_plots_without_axes_make_a_figure(motions, branches):
         (lambda m, b: vi.plot.orbit(b), "motion = "),
         (lambda m, b: vi.plot.orbit(m, points_per_period=1), "points_per_period = 1"),
         (lambda m, b: vi.plot.orbit(m, points_per_period=2.5), "points_per_period = 2.5"),
-        (lambda m, b: vi.plot.orbit(m, axes=[Figure().subplots()] * 2), "three axes"),
+        (lambda m, b: vi.plot.orbit(m, axes=[Figure().subplots()] * 2), "3 axes"),
         (lambda m, b: vi.plot.bifurcation_curves(b), "curves = "),
         (lambda m, b: vi.plot.bifurcation_curves([]), r"curves = \[\]"),
     ],

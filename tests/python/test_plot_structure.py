@@ -5,10 +5,37 @@ import pytest
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
-from struck import MOVING, PRESSED, masses_run, moving_run, pressed_run
+from struck import BEAM, MOVING, PRESSED, SETTLING, masses_run, moving_run, orbit, pressed_run
 from test_plot_motion import line
 from two_masses import structure
 from vibroimpact.plot.structure_history import closed_spans
+
+
+def settled(system):
+    """Return the periodic motion on which a structure settles from rest."""
+    rest = np.zeros((2, system.coordinates))
+    found = vi.simulate(system, initial=rest, periods=400, keep=100).refine()
+    assert isinstance(found, vi.StructureOrbit)
+    return found
+
+
+# Seven impacts at two stops, one with modes, and one with chatter and contact.
+ORBITS = {
+    "masses": lambda: settled(
+        vi.Structure(
+            [[1, 0], [0, 2]],
+            [[2, -1], [-1, 1]],
+            [vi.Stop([1, -1], 0.3, 0.7), vi.Stop([0, 1], 0.3, 0.8)],
+            damping_ratios=[0.05, 0.05],
+            drive_amplitude=[1, 1j],
+            drive_frequency=1.0,
+        )
+    ),
+    "beam": lambda: settled(BEAM),
+    "contact": lambda: settled(
+        SETTLING.replace(restitution=0.1, static_load=[0.8], drive_frequency=0.5, gap=0.1)
+    ),
+}
 
 
 @pytest.fixture
@@ -198,3 +225,60 @@ def test_any_structure_is_drawn(ax):
         run = vi.simulate(made, initial=start, time=time)
         times, _ = line(run.plot(ax=Figure().subplots()), "$q_{0}$")
         assert (times[0], times[-1]) == (0.0, time)
+
+
+def marked(ax, number):
+    """Return the places that mark a stop, wherever they are drawn."""
+    (found,) = [each for each in ax.get_lines() if each.get_label() == f"stop {number}"]
+    return np.column_stack(found.get_data())
+
+
+@pytest.mark.parametrize("name", ["masses", "beam", "contact"])
+def test_a_periodic_motion_is_drawn_as_its_run(name):
+    motion = ORBITS[name]()
+    run = vi.simulate(motion.system, initial=motion.state, periods=motion.m)
+    shown = list(range(min(motion.system.coordinates, 2)))
+    portrait, history = motion.plot(coordinates=shown, points_per_period=50)
+    assert history.get_xlim() == pytest.approx((0, motion.period))
+    tables = np.array(run.impacts)
+    for number, stop in enumerate(motion.system.stops):
+        here = tables[tables["stop"] == number]
+        met = [i for i in shown if stop.normal[i] != 0]
+        if not met or not len(here):
+            continue
+        when = np.tile(here["time"], len(met))
+        where = np.concatenate([here["q"][:, i] for i in met])
+        assert np.allclose(marked(history, number), np.column_stack([when, where]), atol=1e-9)
+    for i in shown:
+        time, q = line(history, f"$q_{{{i}}}$")
+        # Impacts have their time to rounding: a velocity near them is of either side.
+        assert np.allclose(q, run.trajectory(time)[:, 0, i], rtol=0, atol=1e-8)
+        across, up = line(portrait, rf"$q_{{{i}}},\ \dot q_{{{i}}}$")
+        assert across.tolist() == q.tolist()
+        jumps = time[:-1][np.diff(time) == 0]
+        assert len(jumps) == len(tables)
+        pre = up[:-1][np.diff(time) == 0]
+        assert np.allclose(pre, tables["v_pre"][:, i], atol=1e-8)
+
+
+def test_a_motion_at_a_bifurcation_is_drawn_and_one_that_is_none_says_so():
+    branch = orbit().follow(drive_frequency=(0.7, 2.6), virtual=True)
+    for found in branch.bifurcations:
+        assert len(found.plot()) == 2
+    (none,) = branch.at(drive_frequency=0.8)
+    assert not none.admissible
+    portrait, history = none.plot()
+    title = portrait.get_title(loc="left")
+    assert title.replace("\n", " ") == f"no motion: {none.why_not}"
+    # An impact after the end of its drive period is drawn in the next one.
+    assert 0 <= marked(history, 0)[0, 0] <= none.period
+
+
+def test_axes_and_coordinates_of_a_motion_are_checked():
+    motion = orbit()
+    with pytest.raises(vi.ParameterError, match=r"axes = .* allowed: 2 axes, or None"):
+        motion.plot(axes=[Figure().subplots()] * 3)
+    with pytest.raises(vi.ParameterError, match="coordinates = 1"):
+        motion.plot(coordinates=1)
+    with pytest.raises(vi.ParameterError, match="units = 'SI'"):
+        motion.plot(units="SI")

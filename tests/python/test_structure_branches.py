@@ -463,5 +463,3 @@ def test_curves_in_two_parameters_refuse_structures_by_name():
         vi.bifurcation_curve(doubling, drive_frequency=(1.9, 2.2), gap=(0.2, 0.4))
     with pytest.raises(vi.ParameterError, match="PeriodicMotion"):
         vi.stability_region(orbit(), drive_frequency=(1.9, 2.2), gap=(0.2, 0.4))
-    with pytest.raises(vi.ParameterError, match=r"motion\.state"):
-        doubling.plot()

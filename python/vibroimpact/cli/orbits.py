@@ -7,8 +7,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from .._core import Leg, Regime, StopLeg
 from ..continuation.names import PathEnd
 from ..errors import ParameterError
@@ -267,22 +265,13 @@ def _plot(motions: Sequence[Any], path: Path, units: Units | None) -> None:
     drawn = table.shown(motions, MOST_DRAWN)
     if len(drawn) < len(motions):
         print(f"{path} shows {len(drawn)} of {len(motions)} motions", file=sys.stderr)
-    if isinstance(drawn[0], StructureOrbit):
-        _plot_structures(drawn, path)
-        return
+    panels = 2 if isinstance(drawn[0], StructureOrbit) else 3
     with outputs.figure(path, 7.1, 2.4 * len(drawn)) as figure:
-        for motion, row in zip(drawn, np.atleast_2d(figure.subplots(len(drawn), 3)), strict=True):
+        rows = figure.subplots(len(drawn), panels, squeeze=False)
+        for motion, row in zip(drawn, rows, strict=True):
             plot.orbit(motion, legend=False, axes=row, units=units)
             row[0].set_title(f"{motion.label}, {table.verdict(motion)}", loc="left")
-            row[2].set_title("", loc="left")
-
-
-def _plot_structures(motions: Sequence[StructureOrbit], path: Path) -> None:
-    with outputs.figure(path, 7.1, 2.6 * len(motions)) as figure:
-        for motion, ax in zip(motions, np.ravel(figure.subplots(len(motions))), strict=True):
-            run = simulate(motion.system, initial=motion.state, periods=motion.m)
-            run.plot(ax=ax, window=(0.0, run.final_state.time))
-            ax.set_title(f"{motion.label}, {motion.stability}", loc="right")
+            row[-1].set_title("", loc="left")
 
 
 def _write_branch(options: argparse.Namespace, branch: Branch, drawn: dict[str, Any]) -> None:

@@ -122,7 +122,7 @@ def follow_motion(
     ['neimark_sacker']
     """
     if not isinstance(motion, MOTIONS):
-        reject("motion", motion, "a PeriodicMotion, or a StructureOrbit")
+        reject("motion", motion, "a PeriodicMotion or a StructureOrbit, as run.refine() gives it")
     motion, ranges = begin(motion, system, parameter, units)
     name, bounds = one_range(motion.system, ranges)
     settings = Settings.checked(name, bounds, step, max_step, max_points, virtual)

@@ -19,7 +19,7 @@ from ..made import (
 )
 from ..physical import QUANTITIES
 from ..scales import in_si
-from ..stop import is_of_stops
+from ..stop import OF_STOPS, is_of_stops
 from ..structure import Structure
 from ..structure_motion import StructureOrbit
 from ..system import System
@@ -121,18 +121,27 @@ def two_ranges(system: System, parameters: Mapping[str, Any]) -> tuple[tuple[str
 
 def range_around(system: System | Structure, name: str, bounds: Any) -> Range:
     """Check a range of a parameter that contains its value."""
-    if isinstance(system, MadeStructure):
-        pass
-    elif isinstance(system, Structure):
-        if name not in _OF_STRUCTURES and not is_of_stops(name):
-            names = f"{', '.join(_OF_STRUCTURES)}, gap, restitution, friction, gap_0 ..."
-            reject("parameter", name, f"{names}; or a function that makes the structure")
-    elif name not in PARAMETERS and made_from(system, [name]) is None:
-        reject("parameter", name, f"one of {', '.join(PARAMETERS)}{close_to(name, PARAMETERS)}")
+    _check_name(system, name)
     value = value_of(system, name)
-    allowed = f"a range (low, high) around {value}, within +-{_WIDEST:g}"
+    allowed = f"a range (low, high) around {value!r}, with low < high"
     low, high = pair(name, bounds, allowed)
     low, high = number(name, low, allowed), number(name, high, allowed)
-    if not -_WIDEST <= low <= value <= high <= _WIDEST or low == high:
+    if not low <= value <= high or low == high:
         reject(name, (low, high), allowed)
+    if max(-low, high) > _WIDEST:
+        reject(name, (low, high), f"ends from -{_WIDEST:g} to {_WIDEST:g}")
     return low, high
+
+
+def _check_name(system: System | Structure, name: str) -> None:
+    """Refuse what is neither a number of the machine nor one of the function that made it."""
+    if isinstance(system, MadeStructure) or made_from(system, [name]) is not None:
+        return
+    known, more = [*PARAMETERS], ""
+    if isinstance(system, Structure):
+        if is_of_stops(name):
+            return
+        known, more = [*_OF_STRUCTURES, *OF_STOPS], ", gap_0 ..."
+    if name not in known:
+        also = f"or with system= an argument of a function that makes the {system._WHAT}"
+        reject("parameter", name, f"{', '.join(known)}{more}, {also}{close_to(name, known)}")

@@ -87,12 +87,17 @@ def sample(
     impacts = run.impacts
     inside = (impacts["time"] > start) & (impacts["time"] <= end)
     hits = impacts[inside]
-    before, after = (_states(hits, side) for side in ("pre", "post"))
     grid = grid[~np.isin(grid, hits["time"])]
-    time = np.concatenate([grid, hits["time"], hits["time"]])
-    state = np.concatenate([run.trajectory(grid), before, after])
+    return Curve(*with_impacts(grid, run.trajectory(grid), hits), inside)
+
+
+def with_impacts(time: Array, state: Array, hits: NDArray[np.void]) -> tuple[Array, Array]:
+    """Return samples in the order of time, with the states on both sides of each impact."""
+    before, after = (_states(hits, side) for side in ("pre", "post"))
+    time = np.concatenate([time, hits["time"], hits["time"]])
+    state = np.concatenate([state, before, after])
     order = np.argsort(time, kind="stable")
-    return Curve(time[order], state[order], inside)
+    return time[order], state[order]
 
 
 def _states(hits: NDArray[np.void], side: str) -> Array:

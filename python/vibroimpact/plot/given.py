@@ -18,6 +18,7 @@ from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import Branch, PeriodicMotion
 from ..run import Run
 from ..single_impact import MotionMap
+from ..structure_motion import StructureOrbit
 from ..structure_run import StructureRun
 from ..sweeps import Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
 from ..sweeps.basins.results import Basins
@@ -30,6 +31,7 @@ _DRAWN_BY: Final[tuple[tuple[type, str], ...]] = (
     (Run, "time_history, phase_portrait, impact_section, stroboscopic, animation"),
     (StructureRun, "time_history, phase_portrait, impact_section, stroboscopic"),
     (PeriodicMotion, "orbit, multipliers"),
+    (StructureOrbit, "orbit, multipliers"),
     (Branch, "branches, multipliers"),
     (Diagram, "bifurcation, contact_fraction"),
     (Basins, "basins"),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..arguments import naming
 from ..impact_results import ImpactAgreement, ImpactRegimes
 from .given import expected
-from .style import ANGLE_TICKS, BLACK, GREY, REGIME_STYLES, regime_handles
+from .style import ANGLE_TICKS, BLACK, GREY, REGIME_STYLES, regime_handles, several_axes
 
 _NO_OUTCOME = "0.85"
 
@@ -62,7 +62,7 @@ def impact_regimes(
     3
     """
     expected("result", result, ImpactRegimes)
-    axes = _new_axes(axes, 3, (7.1, 3.1), shared=False)
+    axes = several_axes(axes, 3, (7.1, 3.1))
     regimes, restitution, energy = axes
     palette = ListedColormap([_NO_OUTCOME, *(style.color for style in REGIME_STYLES.values())])
     _map(regimes, result, result.regime, cmap=palette, vmin=-1.5, vmax=5.5)
@@ -177,7 +177,7 @@ def impact_agreement(
     3
     """
     expected("result", result, ImpactAgreement)
-    axes = _new_axes(axes, len(result.laws), (7.1, 2.9), shared=True)
+    axes = several_axes(axes, len(result.laws), (7.1, 2.9), shared=True)
     order = np.argsort(result.steps)
     step = 1.0 / result.steps[order]
     low, high = float(np.nanmin(result.difference)), float(np.nanmax(result.difference))
@@ -218,18 +218,3 @@ def impact_agreement(
             handletextpad=0.5,
         )
     return axes
-
-
-def _new_axes(
-    axes: Sequence[Axes] | None, number: int, inches: tuple[float, float], *, shared: bool
-) -> list[Axes]:
-    """Return so many axes: those given, or those of a new pyplot figure."""
-    if axes is None:
-        from matplotlib import pyplot
-
-        figure = pyplot.figure(figsize=inches, layout="constrained")
-        return list(figure.subplots(1, number, sharey=shared))
-    chosen = list(np.ravel(np.asarray(axes, dtype=object)))
-    if len(chosen) != number:
-        raise ValueError(f"{number} axes are needed, not {len(chosen)}")
-    return chosen

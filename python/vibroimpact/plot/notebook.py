@@ -16,6 +16,7 @@ from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import Bifurcation, PeriodicMotion
 from ..run import Run
 from ..showing import Facts, Shown
+from ..structure_motion import StructureOrbit
 from ..structure_run import StructureRun
 from ..sweeps import Diagram, GridResult
 from .obvious import draw
@@ -73,7 +74,10 @@ def _image(result: Shown) -> str | None:
 
 def _axes(result: Shown, figure: Figure) -> dict[str, Any]:
     """Return where to draw a result, as an option of its function."""
-    if isinstance(result, PeriodicMotion | Bifurcation):
+    motion = result.motion if isinstance(result, Bifurcation) else result
+    if isinstance(motion, StructureOrbit):
+        return {"axes": list(figure.subplots(1, 2))}
+    if isinstance(motion, PeriodicMotion):
         panels = figure.subplot_mosaic([["one", "two"], ["history", "history"]])
         return {"axes": [panels[name] for name in ("one", "two", "history")]}
     if isinstance(result, ImpactRegimes | ImpactAgreement):

@@ -73,6 +73,7 @@ _FUNCTIONS: dict[type, Callable[..., Any]] = {
     StabilityRegion: bifurcation_curves,
     UnstableManifold: manifold,
     StructureDiagram: structure_bifurcation,
+    StructureOrbit: orbit,
     StructureSpectrum: lyapunov,
     Verification: verification,
 }
@@ -104,8 +105,6 @@ def _(sweep: Sweep, **options: Any) -> Any:
 
 @draw.register
 def _(found: Bifurcation, **options: Any) -> Any:
-    if isinstance(found.motion, StructureOrbit):
-        reject("result", found, "a result that has a picture: draw a run from motion.state")
     return orbit(found.motion, **options)
 
 

@@ -16,14 +16,15 @@ from numpy.typing import NDArray
 
 from .._core import Leg, LegKind
 from ..arguments import count, naming
-from ..errors import ParameterError
 from ..orbits import PeriodicMotion
 from ..scales import Units
+from ..structure_motion import StructureOrbit
 from ..sweeps.columns import COORDINATES
 from .curve import tip_symbol
-from .given import expected
+from .given import expected, of_structure, of_system
 from .marks import ContactSpan, Mode, draw_bands, draw_path, draw_regimes
-from .style import BLACK, BODY_COLORS, GREY, VERMILLION
+from .structure_orbit import structure_orbit
+from .style import BLACK, BODY_COLORS, GREY, VERMILLION, several_axes
 from .units import AxisUnits
 
 Array = NDArray[np.float64]
@@ -53,8 +54,9 @@ class _Orbit(NamedTuple):
 
 @naming
 def orbit(
-    motion: PeriodicMotion,
+    motion: PeriodicMotion | StructureOrbit,
     *,
+    coordinates: int | Sequence[int] | None = None,
     points_per_period: int = 400,
     legend: bool = True,
     units: Units | None = None,
@@ -68,10 +70,15 @@ def orbit(
     has a title that says why; where the bodies overlap the curves are red and the space between
     them filled, and a cross marks an impact of bodies that are separating.
 
+    Of a structure there are one portrait and one history of some coordinates, with the impacts
+    marked by their stops, as those of `phase_portrait` and `time_history`.
+
     Parameters
     ----------
-    motion : PeriodicMotion
+    motion : PeriodicMotion or StructureOrbit
         Stable or not, admissible or not.
+    coordinates : int or sequence of int, optional
+        Of a structure, which coordinates to draw, as in `phase_portrait`.
     points_per_period : int
         Samples in a drive period.
     legend : bool
@@ -79,7 +86,8 @@ def orbit(
     units : "SI", optional
         Draw in s, m, rad, m/s, rad/s; the system needs scales.
     axes : sequence of three matplotlib.axes.Axes, optional
-        For the portraits of pendulum and oscillator and for the history; a new figure if None.
+        For the portraits of pendulum and oscillator and for the history; of a structure two, for
+        the portrait and the history. A new figure if None.
 
     Returns
     -------
@@ -99,10 +107,20 @@ def orbit(
     >>> len(vi.plot.orbit(motion))
     3
     """
-    motion = expected("motion", motion, PeriodicMotion)
     points = count("points_per_period", points_per_period, least=2, most=1_000_000)
+    if isinstance(motion, StructureOrbit):
+        of_system(units=units)
+        return structure_orbit(
+            motion,
+            coordinates=coordinates,
+            points_per_period=points,
+            legend=legend,
+            axes=axes,
+        )
+    motion = expected("motion", motion, PeriodicMotion)
+    of_structure(coordinates=coordinates)
     drawn = AxisUnits.of(units, motion.system)
-    axes = _three_axes(axes)
+    axes = several_axes(axes, 3, (7.1, 5.2), mosaic=[[0, 1], [2, 2]])
     curve = _in_units(_sample(motion, points), drawn)
     hits = drawn.table(motion.impacts)
     separating = hits["approach_velocity"] <= 0.0
@@ -255,16 +273,3 @@ def _spans(motion: PeriodicMotion, end: float) -> list[ContactSpan]:
         if first + length > end:
             spans.append(ContactSpan(0.0, first + length - end, mode))
     return spans
-
-
-def _three_axes(axes: Sequence[Axes] | None) -> list[Axes]:
-    if axes is None:
-        from matplotlib import pyplot
-
-        figure = pyplot.figure(figsize=(7.1, 5.2), layout="constrained")
-        parts = figure.subplot_mosaic([["x1", "x2"], ["t", "t"]])
-        return [parts["x1"], parts["x2"], parts["t"]]
-    chosen = list(np.ravel(np.asarray(axes, dtype=object)))
-    if len(chosen) != 3 or not all(isinstance(ax, Axes) for ax in chosen):
-        raise ParameterError(f"axes = {axes!r} is not allowed; allowed: three axes, or None")
-    return chosen

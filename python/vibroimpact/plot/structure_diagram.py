@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..arguments import count, naming, reject
 from ..sweeps.structure_diagram_results import StructureDiagram
-from .parameter_units import grid_label
+from .parameter_units import along_parameter, grid_label
 from .structure_history import STOPS
 from .style import BLACK, coordinate_symbol, curve_legend, new_axes
 
@@ -102,11 +102,7 @@ def structure_bifurcation(
         across = axes.get_xaxis_transform()
         missing = diagram.parameter[~ended]
         axes.vlines(missing, 0, 0.03, color="0.45", transform=across, linewidth=0.8)
-    # Where there are no impacts all values are seen, too.
-    left, right = axes.get_xlim()
-    values = diagram.parameter
-    axes.set_xlim(min(left, float(values.min())), max(right, float(values.max())))
-    axes.set_xlabel(grid_label(diagram, diagram.parameter_name))
+    along_parameter(axes, diagram.values, grid_label(diagram, diagram.parameter_name))
     return axes
 
 

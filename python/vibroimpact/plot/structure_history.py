@@ -66,6 +66,40 @@ class ClosedSpan(NamedTuple):
     mode: Mode
 
 
+class Stretch(NamedTuple):
+    """A stretch of a motion of a structure, as it is drawn.
+
+    Attributes
+    ----------
+    structure
+        The structure.
+    curve
+        Samples of the motion.
+    hits
+        Its impacts, a table as that of runs.
+    spans
+        When which stop is closed.
+    """
+
+    structure: Structure
+    curve: Curve
+    hits: NDArray[np.void]
+    spans: list[ClosedSpan]
+
+    @classmethod
+    def of_run(cls, run: StructureRun, curve: Curve) -> Stretch:
+        """Return that of samples of a run."""
+        window = float(curve.time[0]), float(curve.time[-1])
+        hits: NDArray[np.void] = run.impacts[curve.impacts]
+        return cls(run.system, curve, hits, closed_spans(run, window))
+
+    def hits_on(self, coordinate: int) -> NDArray[np.void]:
+        """Return the impacts at stops that act on a coordinate."""
+        acts = [stop.normal[coordinate] != 0.0 for stop in self.structure.stops]
+        struck: NDArray[np.void] = self.hits[np.array(acts, dtype=bool)[self.hits["stop"]]]
+        return struck
+
+
 def structure_history(
     run: StructureRun,
     *,
@@ -79,30 +113,37 @@ def structure_history(
 ) -> Axes:
     """Draw coordinates of a structure against time; the arguments are those of `time_history`."""
     by_regime = regime_color(color)
-    structure = run.system
-    shown = shown_coordinates(coordinates, structure)
+    shown = shown_coordinates(coordinates, run.system)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
     ax = new_axes(ax)
-    first, last = float(curve.time[0]), float(curve.time[-1])
-    spans = closed_spans(run, (first, last))
+    draw_history(ax, Stretch.of_run(run, curve), shown, by_regime=by_regime)
+    curve_legend(ax, legend)
+    return ax
+
+
+def draw_history(
+    ax: Axes, stretch: Stretch, shown: tuple[int, ...], *, by_regime: bool = False
+) -> None:
+    """Draw some coordinates of a motion against time, with stops and impacts."""
+    curve, spans = stretch.curve, stretch.spans
     draw_bands(ax, bands_of(spans))
     for place, i in enumerate(shown):
         style = coordinate_style(place)
         ax.plot(curve.time, curve.state[:, 0, i], label=f"$q_{{{i}}}$", **style)
     moved = curve.state[:, 0, list(shown)]
-    for number, stop in enumerate(structure.stops):
-        _draw_line(ax, number, stop, structure, curve, shown, moved)
+    for number, stop in enumerate(stretch.structure.stops):
+        _draw_line(ax, number, stop, stretch.structure, curve, shown, moved)
         _draw_closed(ax, number, stop, curve, shown, spans)
-    hits, heights = _places(run, curve, shown)
+    struck = [stretch.hits_on(i) for i in shown]
+    heights = np.concatenate([rows["q"][:, i] for rows, i in zip(struck, shown, strict=True)])
+    hits = np.concatenate(struck)
     if by_regime:
         draw_regimes(ax, hits["regime"], hits["time"], heights)
     else:
         mark_stops(ax, hits["stop"], hits["time"], heights)
-    ax.set_xlim(first, last)
+    ax.set_xlim(float(curve.time[0]), float(curve.time[-1]))
     ax.set_xlabel("$t$")
     ax.set_ylabel("$" + r",\ ".join(f"q_{{{i}}}" for i in shown) + "$")
-    curve_legend(ax, legend)
-    return ax
 
 
 def coordinate_style(place: int) -> dict[str, Any]:
@@ -223,16 +264,6 @@ def _draw_closed(
             if stop.normal[i] != 0.0:
                 q = curve.state[inside, 0, i]
                 ax.plot(curve.time[inside], q, color=color, lw=3.0, alpha=0.6, zorder=1.2)
-
-
-def _places(run: StructureRun, curve: Curve, shown: tuple[int, ...]) -> tuple[Any, Array]:
-    """Return the impacts of the window and their heights, once for each coordinate they act on."""
-    hits = run.impacts[curve.impacts]
-    normals = np.array([stop.normal for stop in run.system.stops])
-    acts = [normals[hits["stop"], i] != 0.0 if len(hits) else slice(0) for i in shown]
-    rows = [hits[act] for act in acts]
-    heights = [row["q"][:, i] for row, i in zip(rows, shown, strict=True)]
-    return np.concatenate(rows), np.concatenate(heights)
 
 
 def mark_stops(

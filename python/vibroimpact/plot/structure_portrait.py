@@ -22,8 +22,8 @@ from .given import chosen, regime_color, sectioned
 from .marks import draw_path, draw_regimes
 from .structure_history import (
     STOPS,
+    Stretch,
     bands_of,
-    closed_spans,
     coordinate_style,
     mark_stops,
     shown_coordinates,
@@ -43,7 +43,7 @@ from .style import (
 Array = NDArray[np.float64]
 
 # Coordinates of a portrait that are drawn unasked.
-_FEW = 2
+FEW = 2
 _NUMBERED = re.compile(r"(q|v|v_pre|v_post)_([0-9]+)")
 
 
@@ -60,20 +60,26 @@ def structure_portrait(
 ) -> Axes:
     """Draw velocities of a structure against coordinates; arguments as in `phase_portrait`."""
     by_regime = regime_color(color)
-    shown = shown_coordinates(coordinates, run.system, few=_FEW)
+    shown = shown_coordinates(coordinates, run.system, few=FEW)
     if window is None and periods is None:
         window = orbit_window(run)
     curve = sample(run, window=window, periods=periods, points_per_period=points_per_period)
-    spans = bands_of(closed_spans(run, (float(curve.time[0]), float(curve.time[-1]))))
-    hits = run.impacts[curve.impacts]
-    stops, count = run.system.stops, run.system.coordinates
-    normals = np.array([stop.normal for stop in stops]).reshape(-1, count)
     ax = new_axes(ax)
+    draw_portrait(ax, Stretch.of_run(run, curve), shown, by_regime=by_regime)
+    curve_legend(ax, legend)
+    return ax
+
+
+def draw_portrait(
+    ax: Axes, stretch: Stretch, shown: tuple[int, ...], *, by_regime: bool = False
+) -> None:
+    """Draw velocities against some coordinates, with the states before impacts."""
+    curve, spans = stretch.curve, bands_of(stretch.spans)
     for place, i in enumerate(shown):
         q, v = curve.state[:, 0, i], curve.state[:, 1, i]
         draw_path(ax, spans, curve.time, q, v, named=place == 0)
         ax.plot(q, v, label=rf"$q_{{{i}}},\ \dot q_{{{i}}}$", **coordinate_style(place))
-        struck = hits[normals[hits["stop"], i] != 0.0] if len(hits) else hits
+        struck = stretch.hits_on(i)
         before = (struck["q"][:, i], struck["v_pre"][:, i])
         if by_regime:
             draw_regimes(ax, struck["regime"], *before, named=place == 0)
@@ -81,8 +87,6 @@ def structure_portrait(
             mark_stops(ax, struck["stop"], *before, named=place == 0)
     ax.set_xlabel("$" + r",\ ".join(f"q_{{{i}}}" for i in shown) + "$")
     ax.set_ylabel("$" + r",\ ".join(rf"\dot q_{{{i}}}" for i in shown) + "$")
-    curve_legend(ax, legend)
-    return ax
 
 
 def structure_stroboscopic(

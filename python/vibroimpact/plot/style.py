@@ -14,13 +14,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
 from .._core import PARAMETERS, Regime
-from ..arguments import flag, naming, positive
+from ..arguments import flag, naming, positive, reject
 from ..stop import numbered
 
 BLACK = "#000000"
@@ -255,6 +256,37 @@ def new_axes(ax: Axes | None) -> Axes:
     from matplotlib import pyplot
 
     return pyplot.figure(layout="constrained").add_subplot()
+
+
+def several_axes(
+    axes: Sequence[Axes] | None,
+    number: int,
+    inches: tuple[float, float],
+    *,
+    shared: bool = False,
+    mosaic: Any = None,
+) -> list[Axes]:
+    """Return so many axes: those given, or those of a new pyplot figure.
+
+    There they are in a row, of one height axis if ``shared``, or as ``mosaic`` arranges 0, 1, ...
+
+    Raises
+    ------
+    ParameterError
+        If others are given.
+    """
+    if axes is None:
+        from matplotlib import pyplot
+
+        figure = pyplot.figure(figsize=inches, layout="constrained")
+        if mosaic is None:
+            return [*np.ravel(figure.subplots(1, number, sharey=shared))]
+        parts = figure.subplot_mosaic(mosaic)
+        return [parts[place] for place in range(number)]
+    chosen = list(np.ravel(np.asarray(axes, dtype=object)))
+    if len(chosen) != number or not all(isinstance(ax, Axes) for ax in chosen):
+        reject("axes", axes, f"{number} axes, or None")
+    return chosen
 
 
 @naming

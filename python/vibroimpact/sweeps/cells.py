@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._core import CHATTER_TOLERANCE, PARAMETERS
+from .._core import CHATTER_TOLERANCE
 from ..arguments import (
     axis,
     count,
@@ -21,7 +21,7 @@ from ..arguments import (
     reject,
     swept,
 )
-from ..made import is_maker
+from ..made import is_maker, names_of
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
 from .grid_machine import START, GridMachine, Rows, with_coordinates
@@ -134,12 +134,14 @@ def checked_axes(
     """
     need_machine(system)
     if is_maker(system):
-        # What the function takes is known to `made_cells`.
-        swept(function, axes, [*axes, *PARAMETERS], exactly=exactly)
+        # `made_cells` refuses what it does not take; numbers of a start it knows, too.
+        shown = ", ".join(names_of(system)) or "the arguments of the function that makes the system"
+        swept(function, axes, [*axes], exactly=exactly, shown=shown)
         return {name: axis(name, values) for name, values in axes.items()}
     machine = machine_of(system)
     more = machine.coordinates if starts else ()
-    shown = ", ".join((machine.named, *first_of_each(more)))
+    also = f"or an argument of a function that makes the {system._WHAT}"
+    shown = ", ".join((machine.named, *first_of_each(more), also))
     swept(function, axes, [*machine.numbers, *more], exactly=exactly, shown=shown)
     checked = {}
     for name, values in axes.items():

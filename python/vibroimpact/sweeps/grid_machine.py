@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..arguments import in_short
 from ..errors import ParameterError
 from ..made import in_words
 from .fields import Field, RowGroup
@@ -112,10 +113,8 @@ class GridMachine(Protocol):
 
 def unlike(values: Mapping[str, float], what: str, found: Any, allowed: str) -> ParameterError:
     """Return the error of a machine that is not like that of the first cell."""
-    shown = repr(found)
-    shown = shown if len(shown) <= 200 else f"{shown[:200]} ..."
     return ParameterError(
-        f"at {in_words(values)}: {what} {shown} is not allowed; allowed: {allowed}"
+        f"at {in_words(values)}: {what} {in_short(found)} is not allowed; allowed: {allowed}"
     )
 
 

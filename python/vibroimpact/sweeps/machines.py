@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import _core
 from .._core import PARAMETERS
-from ..arguments import reject, state, states
+from ..arguments import in_short, reject, state, states
 from ..errors import ParameterError
 from ..machine import Machine
 from ..made import Maker, called, in_words, is_maker
@@ -158,8 +158,8 @@ def made_machine(function: Maker, values: Mapping[str, float]) -> Any:
     system = called(function, values)
     if not isinstance(system, Machine):
         raise ParameterError(
-            f"at {in_words(values)}: the function gave {system!r}; allowed: a vibroimpact.System "
-            "or a vibroimpact.Structure"
+            f"at {in_words(values)}: the function gave {in_short(system)}; allowed: a "
+            "vibroimpact.System or a vibroimpact.Structure"
         )
     return system
 

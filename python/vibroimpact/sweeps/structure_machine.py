@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..by_value import leaves
 from ..errors import StateError
 from ..stop import OF_STOPS
 from ..structure import Structure
@@ -138,27 +139,36 @@ class StructureMachine:
                 raise StateError(f"over {', '.join(own)}: {error}") from error
 
     @cached_property
+    def _entries(self) -> dict[str, Any]:
+        """The fields, with as many numbers whatever their values: all of the drive are pairs."""
+        drive = self.system.drive_amplitude.tolist()
+        return {
+            **self.to_dict(),
+            "drive_amplitude": [[amplitude.real, amplitude.imag] for amplitude in drive],
+        }
+
+    @cached_property
     def _names(self) -> list[str]:
-        return [name for name, value in _leaves("", self.to_dict()) if _is_number(value)]
+        return [name for name, value in leaves(self._entries) if _is_number(value)]
 
     def row(self, system: Any, values: Mapping[str, float]) -> dict[str, Any]:
         """Return all numbers of a structure; what is no number is the same in all cells."""
         if not isinstance(system, Structure):
             raise unlike(values, "the function gave", system, "a vibroimpact.Structure as before")
-        first, here = self.to_dict(), StructureMachine(system).to_dict()
+        first, here = self._entries, StructureMachine(system)._entries
         for name in first | here:
             if _without_numbers(first.get(name)) != _without_numbers(here.get(name)):
                 allowed = f"{first.get(name)!r:.200}, or that with other numbers"
                 raise unlike(
                     values, f"{name} =", here.get(name), f"{allowed}, as for the first values"
                 )
-        numbers = [float(value) for _, value in _leaves("", here) if _is_number(value)]
+        numbers = [float(value) for _, value in leaves(here) if _is_number(value)]
         return {_NUMBERS: numbers}
 
     def at(self, row: Mapping[str, Array]) -> Structure:
         """Return the structure of a row."""
         numbers = iter(row[_NUMBERS].tolist())
-        return StructureMachine.from_dict(_with_numbers(self.to_dict(), numbers)).system
+        return StructureMachine.from_dict(_with_numbers(self._entries, numbers)).system
 
     def entry_name(self, column: str, place: int) -> str:
         """Return the path of a number of the structure, or the name of a coordinate."""
@@ -219,18 +229,6 @@ def _by_system(
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Return what is in a value of JSON, with the path to each."""
-    if isinstance(value, dict):
-        for name, part in value.items():
-            yield from _leaves(f"{path}.{name}" if path else name, part)
-    elif isinstance(value, list):
-        for place, part in enumerate(value):
-            yield from _leaves(f"{path}[{place}]", part)
-    else:
-        yield path, value
 
 
 def _without_numbers(value: Any) -> Any:
