@@ -7,7 +7,6 @@ numbers live in the compiled core; a Run returns them as read-only arrays, built
 from __future__ import annotations
 
 import dataclasses
-import os
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
@@ -29,7 +28,7 @@ from .tables import Table, table, with_column
 from .verbs import verb
 
 if TYPE_CHECKING:
-    from .verb_types import Animation, NotFound, PeriodicMotion, RunInSI
+    from .verb_types import NotFound, PeriodicMotion, RunInSI
 
 # The tables of events, as the core has them.
 _EVENTS = ("events", "grazes", "contacts")
@@ -220,39 +219,6 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         """
         found: RunInSI = verb("in_si")(self)
         return found
-
-    def animate(self, path: str | os.PathLike[str] | None = None, **options: Any) -> Animation:
-        """Let the run move: the machine beside its phase portrait and its time history.
-
-        Parameters
-        ----------
-        path
-            Where to write it: .gif, .mp4 (needs the program ffmpeg) or .html. None writes nothing;
-            in a notebook the result shows itself.
-        **options
-            ``window``, ``periods``, ``frames`` and ``frames_per_second``, as in
-            `vibroimpact.plot.animation`.
-
-        Returns
-        -------
-        vibroimpact.plot.Animation
-
-        Raises
-        ------
-        ParameterError
-            If an argument is of the wrong kind or out of range, the ending of the path is another,
-            or there is no ffmpeg for .mp4.
-        OSError
-            If the file cannot be written.
-
-        Examples
-        --------
-        >>> moving = run.animate(periods=1, frames=5)
-        >>> type(moving).__name__
-        'Animation'
-        """
-        moving: Animation = verb("animate")(self, path, **options)
-        return moving
 
     def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         metadata = {

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .bounces import Bounces
+    from .verb_types import Animation
 
 # The machine, its compiled runs, and how a start of it is told.
 MachineT = TypeVar("MachineT", bound=Machine)
@@ -315,6 +316,39 @@ class RunRecord(Shown, ABC, Generic[MachineT, CoreT, StartT]):
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
+
+    def animate(self, path: str | os.PathLike[str] | None = None, **options: Any) -> Animation:
+        """Let the run move: the machine, or its stops, beside phase portrait and time history.
+
+        Parameters
+        ----------
+        path
+            Where to write it: .gif, .mp4 (needs the program ffmpeg) or .html. None writes nothing;
+            in a notebook the result shows itself.
+        **options
+            ``window``, ``periods``, ``frames`` and ``frames_per_second``, as in
+            `vibroimpact.plot.animation`.
+
+        Returns
+        -------
+        vibroimpact.plot.Animation
+
+        Raises
+        ------
+        ParameterError
+            If an argument is of the wrong kind or out of range, the ending of the path is another,
+            or there is no ffmpeg for .mp4.
+        OSError
+            If the file cannot be written.
+
+        Examples
+        --------
+        >>> moving = run.animate(periods=1, frames=5)
+        >>> type(moving).__name__
+        'Animation'
+        """
+        moving: Animation = verb("animate")(self, path, **options)
+        return moving
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit.

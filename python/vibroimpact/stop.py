@@ -279,3 +279,22 @@ def _naming(place: int) -> Iterator[None]:
         yield
     except ParameterError as error:
         raise ParameterError(f"stops[{place}].{error}") from error
+
+
+# Digits of a number below the line.
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+
+def row_words(row: NDArray[np.float64]) -> str:
+    """Return a row of a stop in words, such as q₀ + q₁; or that it is one of many coordinates."""
+    terms = np.flatnonzero(row).tolist()
+    if len(terms) > 3:
+        return f"a sum of {len(terms)} coordinates"
+    text = ""
+    for i in terms:
+        size = abs(float(row[i]))
+        sign = "\N{MINUS SIGN}" if row[i] < 0.0 else "+" if text else ""
+        sign = f" {sign} " if text else sign
+        factor = "" if size == 1.0 else f"{size:.3g} "
+        text += f"{sign}{factor}q{str(i).translate(SUBSCRIPTS)}"
+    return text

@@ -14,6 +14,7 @@ from PIL import Image
 
 import repository
 import vibroimpact as vi
+from struck import masses_run, moving_run
 from systems import PAPER, ROUGH, STICKY
 from vibroimpact.plot.parts import BALL
 
@@ -242,3 +243,90 @@ def test_pages_show_it():
         assert "images/animation.gif)" in (root / page).read_text(encoding="utf-8")
     makefile = (root / "Makefile").read_text(encoding="utf-8")
     assert "python examples/animation.py --out docs/images/animation.gif\n" in makefile
+
+
+def rows_of(moving, frame) -> tuple[list[Rectangle], str]:
+    """Return the blocks of the stops in a frame, from above, and what is said."""
+    moving.show(frame)
+    machine = moving.figure.axes[0]
+    blocks = [each for each in machine.patches if each.get_hatch() is None]
+    said = next(text.get_text() for text in machine.texts if text.get_text().startswith("$t$"))
+    return blocks, said.partition(": ")[2]
+
+
+def right(block: Rectangle) -> float:
+    return block.get_x() + block.get_width()
+
+
+def test_the_stops_of_a_structure_move_as_its_gaps():
+    run = masses_run()
+    moving = run.animate(periods=4)
+    portrait = moving.figure.axes[1]
+    states = run.trajectory(moving.times)
+    time = moving.times
+    gaps = np.array(
+        [
+            stop.gap
+            + stop.amplitude * np.cos(run.system.drive_frequency * time + stop.phase)
+            - states[:, 0] @ stop.normal
+            for stop in run.system.stops
+        ]
+    )
+    seen = 0
+    for frame in range(len(moving)):
+        blocks, said = rows_of(moving, frame)
+        assert len(blocks) == 2
+        for stop, block in enumerate(blocks):
+            expected = max(gaps[stop, frame], 0.0) / gaps[stop].max()
+            assert 1 - right(block) == pytest.approx(expected, abs=1e-12)
+        struck = run.impacts[run.impacts["time"] == time[frame]]
+        if len(struck):
+            seen += 1
+            assert right(blocks[struck["stop"][-1]]) == pytest.approx(1.0, abs=1e-9)
+            assert said.startswith(f"impact on stop {struck['stop'][-1]}")
+        dots = [line for line in portrait.lines if len(line.get_xdata()) == 1]
+        places = {(float(x.get_xdata()[0]), float(x.get_ydata()[0])) for x in dots}
+        assert {tuple(states[frame, :, i].tolist()) for i in (0, 1)} <= places
+    assert seen > 3
+
+
+def test_a_stop_that_is_closed_is_filled():
+    run = moving_run()
+    moving = run.animate(periods=1)
+    _, forces = run.trajectory(moving.times, forces=True)
+    words = set()
+    for frame in range(len(moving)):
+        blocks, said = rows_of(moving, frame)
+        words.add(said)
+        for stop, block in enumerate(blocks):
+            filled = block.get_facecolor()[:3] == block.get_edgecolor()[:3]
+            # At a border of contact the force is zero.
+            if forces[frame, stop, 0] > 1e-9:
+                assert filled
+                assert right(block) == pytest.approx(1.0, abs=1e-9)
+            elif (np.abs(run.contacts["time"] - moving.times[frame]) > 1e-9).all():
+                assert not filled
+    assert {"stop 0 closed", "impact on stop 1", "apart"} <= words
+
+
+def test_a_structure_without_stops_and_one_with_many_are_shown():
+    free = vi.Structure([[1]], [[1]], [], drive_amplitude=[1], drive_frequency=2.0)
+    moving = vi.simulate(free, initial=[[0], [0]], periods=3).animate(frames=4)
+    assert rows_of(moving, 1) == ([], "no stops")
+    many = vi.Structure(
+        np.eye(10),
+        np.eye(10),
+        [vi.Stop(row, 0.2 + 8 * i, 0.8) for i, row in enumerate(np.eye(10))],
+        damping_ratios=[0.02] * 10,
+        drive_amplitude=np.ones(10),
+        drive_frequency=1.0,
+    )
+    run = vi.simulate(many, initial=np.zeros((2, 10)), periods=20)
+    assert 0 < len(np.unique(run.impacts["stop"])) < 8
+    moving = run.animate(periods=1, frames=3)
+    blocks, _ = rows_of(moving, 0)
+    assert len(blocks) == 8
+    said = [text.get_text() for text in moving.figure.axes[0].texts]
+    assert "and 2 more, which are struck less" in said
+    shown = {int(text.split()[1].strip(":")) for text in said if text.startswith("stop ")}
+    assert shown >= {*np.unique(run.impacts["stop"]).tolist()}

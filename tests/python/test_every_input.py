@@ -34,7 +34,7 @@ ELSEWHERE = {
         (f"{name}.plot" for name in vi.__all__ if hasattr(getattr(vi, name), "plot")),
         "test_showing.py",
     ),
-    "Run.animate": "test_animation.py",
+    **dict.fromkeys(("Run.animate", "StructureRun.animate"), "test_animation.py"),
     "explore": "serves a page; test_explorer.py refuses its bad arguments",
     "Attractor.holds": "takes the tails of runs that basins keep, which no caller has",
     **dict.fromkeys(

@@ -17,7 +17,7 @@ from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.server import first_state
 from vibroimpact.explorer.state import State, from_query
 from vibroimpact.explorer.structure_numbers import DAMPING, DRIVE
-from vibroimpact.explorer.views.stops import distances
+from vibroimpact.plot.stop_rows import distances
 
 
 @pytest.fixture
@@ -174,7 +174,7 @@ def test_the_motion_of_a_structure_is_that_of_simulate(name):
         assert np.array_equal(verdict.periodic.multipliers, run.refine().multipliers)
         assert verdict.stability == run.refine().stability
     # The distances are the gaps: none below zero, and zero where a stop is closed.
-    far = distances(shown)
+    far = distances(shown.machine.system, shown.time, shown.states[:, 0])
     assert far.shape == (len(shown.time), len(state.system.stops))
     assert far[forces[:, :, 0] > 0.0].max(initial=0.0) < 1e-12
     for row in run.impacts[run.impacts["time"] >= shown.time[0]]:

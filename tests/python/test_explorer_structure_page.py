@@ -13,7 +13,7 @@ from vibroimpact.explorer.axis import Axis
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.server import first_state
 from vibroimpact.explorer.structure_numbers import DAMPING, DRIVE
-from vibroimpact.explorer.views.stops import distances
+from vibroimpact.plot.stop_rows import distances
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def test_a_page_of_a_structure_shows_the_numbers_of_its_state(desk):
     for i in (0, 1):
         assert np.array_equal(film[f"curve{i}"], motion.states[:, 0, i])
     assert np.array_equal(film["place"], motion.states[:, 0, 0])
-    far = distances(motion)
+    far = distances(motion.machine.system, motion.time, motion.states[:, 0])
     for stop in (0, 1):
         assert np.array_equal(film[f"d{stop}"], (far / far.max(axis=0))[:, stop].astype(np.float32))
     impacts = motion.run.impacts

@@ -17,7 +17,7 @@ from ..plot.style import REGIME_STYLES
 from ..structure import Structure
 from ..sweeps import lyapunov_spectrum
 from .machine import STROBOSCOPIC, Array, Curve, Motion, Phase
-from .structure_numbers import DAMPING, DRIVE, SUBSCRIPTS, StructureNumbers
+from .structure_numbers import DAMPING, DRIVE, StructureNumbers
 
 # Stops have the colours of the regimes but for the first one.
 _COLORS = 5
@@ -273,21 +273,6 @@ class OfStructure(StructureNumbers):
         if value == STROBOSCOPIC:
             return "vi.plot.structure_bifurcation", f"section='stroboscopic'{own}"
         return "vi.plot.structure_bifurcation", f"value={value!r}{own if value == 'q' else ''}"
-
-
-def row_words(row: Array) -> str:
-    """Return a row of a stop in words, such as q₀ + q₁; or that it is one of many coordinates."""
-    terms = np.flatnonzero(row).tolist()
-    if len(terms) > 3:
-        return f"a sum of {len(terms)} coordinates"
-    text = ""
-    for i in terms:
-        size = abs(float(row[i]))
-        sign = "\N{MINUS SIGN}" if row[i] < 0.0 else "+" if text else ""
-        sign = f" {sign} " if text else sign
-        factor = "" if size == 1.0 else f"{size:.3g} "
-        text += f"{sign}{factor}q{str(i).translate(SUBSCRIPTS)}"
-    return text
 
 
 def _arguments(fields: Mapping[str, Any]) -> str:

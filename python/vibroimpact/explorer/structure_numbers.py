@@ -15,14 +15,13 @@ from typing import Any, Self
 import numpy as np
 
 from ..arguments import not_negative, number, reject, starts
-from ..stop import OF_STOPS, numbered
+from ..stop import OF_STOPS, SUBSCRIPTS, numbered
 from ..structure import Structure
 from .axis import Axis, around
 from .machine import STROBOSCOPIC, Machine
 
 # Factors of what was given.
 DRIVE, DAMPING = "drive_factor", "damping_factor"
-SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _WORDS = {
     "drive_frequency": ("ω", "drive frequency"),
     "phase": ("φ", "phase of the drive"),

@@ -1,4 +1,4 @@
-"""A run that moves: the machine beside its phase portrait and its time history.
+"""A run that moves: the machine, or the stops of a structure, beside portrait and history.
 
 The frames are equally spaced in time, but the one nearest to an impact shows the instant of the
 impact itself, so that every impact is seen as a contact, with its impulses.
@@ -13,6 +13,7 @@ from typing import Any, Final
 import matplotlib
 import numpy as np
 from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -20,12 +21,16 @@ from numpy.typing import NDArray
 
 from ..arguments import count, naming, positive, reject
 from ..run import Run
+from ..structure_run import StructureRun
 from .curve import is_driven, orbit_window, shown_window
 from .film import Animation, writer_of
 from .given import bodies_of, expected
 from .machine import Hit, Stage
 from .marks import contact_spans
 from .motion import phase_portrait, time_history
+from .stop_rows import StopRows
+from .structure_history import coordinate_style, shown_coordinates
+from .structure_portrait import FEW
 from .style import BODY_COLORS, REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, VERMILLION
 
 Array = NDArray[np.float64]
@@ -49,79 +54,58 @@ _SETTINGS: Final[Any] = {
 _TEXTS = {"slide": SLIDE_STYLE.text, "stick": STICK_STYLE.text}
 
 
-class _Scene:
-    """A run on the axes of an animation: the curves, and what moves over them."""
+class _Machine:
+    """A System on the axes of an animation."""
 
-    def __init__(self, run: Run, window: tuple[float, float], frames: int) -> None:
-        self._run = run
-        start, end = window
-        even = start + (end - start) * np.arange(frames) / frames
-        self.times, self._hits = _with_impacts(run, even, (end - start) / frames)
-        self.times.flags.writeable = False
-        self._states = run.trajectory(self.times)
-        spans = contact_spans(run, window)
-        self._modes = [
-            next((span.mode for span in spans if span.start <= time < span.end), None)
-            for time in self.times.tolist()
-        ]
-        with matplotlib.rc_context(_SETTINGS):
-            self.figure = Figure(figsize=_SIZE, dpi=_DOTS_PER_INCH, layout="constrained")
-            FigureCanvasAgg(self.figure)
-            self._curves(window)
-            self.draw(0)
-        # Arranged once, or it would be arranged for every frame.
-        self.figure.draw_without_rendering()
-        self.figure.set_layout_engine("none")
+    def __init__(self, run: Run, times: Array, hits: list[int], step: float) -> None:
+        self.run = run
+        self._times, self._hits = times, hits
+        self._states = run.trajectory(times)
+        self.bodies = bodies_of(None, run)
+        self.portrait = {"bodies": self.bodies}
+        self.colors = [BODY_COLORS[body] for body in self.bodies]
 
-    def _curves(self, window: tuple[float, float]) -> None:
-        """Draw the curves, and what will move over them."""
-        run = self._run
-        parts = self.figure.subplot_mosaic(
-            [["machine", "portrait"], ["machine", "history"]], width_ratios=(1.1, 1.0)
-        )
-        bodies = bodies_of(None, run)
-        phase_portrait(run, bodies=bodies, window=window, legend=True, ax=parts["portrait"])
-        time_history(run, window=window, ax=parts["history"])
-        parts["history"].xaxis.set_major_locator(MaxNLocator(nbins=5))
+    def begin(self, ax: Axes, window: tuple[float, float]) -> None:
+        """Draw what stands still."""
+        run = self.run
         inside = (run.impacts["time"] > window[0]) & (run.impacts["time"] <= window[1])
         hits = run.impacts[inside]
         places = np.column_stack([hits["x1"], hits["v1_pre"], hits["x2"], hits["v2_pre"]])
-        self._stage = Stage(parts["machine"], run.system, self._states, places)
+        self._stage = Stage(ax, run.system, self._states, places)
         self._largest = float(hits["impulse_normal"].max(initial=0.0)) or 1.0
-        mark: dict[str, Any] = {"marker": "o", "markersize": 5.0, "ls": "none", "zorder": 5}
-        self._dots = {
-            body: parts["portrait"].plot([], [], color=BODY_COLORS[body], **mark)[0]
-            for body in bodies
-        }
-        self._now = parts["history"].axvline(window[0], color=VERMILLION, lw=1.0, zorder=4)
-        self._text = parts["machine"].text(
-            0.0, 1.0, "", transform=parts["machine"].transAxes, ha="left", va="bottom", fontsize=10
-        )
+        spans = contact_spans(run, window)
+        self._modes = [
+            next((span.mode for span in spans if span.start <= time < span.end), None)
+            for time in self._times.tolist()
+        ]
 
-    def draw(self, frame: int) -> list[Artist]:
-        """Draw one frame; return what moves, from below to above."""
-        state, time = self._states[frame], float(self.times[frame])
-        system, mode = self._run.system, self._modes[frame]
+    def dots(self, frame: int) -> list[tuple[float, float]]:
+        """Return the points of the portrait."""
+        state = self._states[frame].tolist()
+        return [(state[2 * body - 2], state[2 * body - 1]) for body in self.bodies]
+
+    def show(self, frame: int) -> str:
+        """Draw a frame in place of the one before; return what happens in words."""
+        system, mode = self.run.system, self._modes[frame]
         hit = self._hit(frame)
-        phase = system.drive_frequency * time + system.phase
+        phase = system.drive_frequency * float(self._times[frame]) + system.phase
         driven = is_driven(system)
-        self._stage.show(state, phase=phase if driven else None, mode=mode, hit=hit)
-        for body, dot in self._dots.items():
-            dot.set_data([state[2 * body - 2]], [state[2 * body - 1]])
-        self._now.set_xdata([time, time])
-        doing = _TEXTS.get(mode or "", "apart")
+        self._stage.show(self._states[frame], phase=phase if driven else None, mode=mode, hit=hit)
         if hit is not None and mode is None:
-            doing = f"impact, {REGIME_STYLES[hit.regime].text}"
-        self._text.set_text(f"$t$ = {time:.2f}: {doing}")
-        drawn = [*self._stage.moving, *self._dots.values(), self._now, self._text]
-        return sorted(drawn, key=lambda artist: artist.get_zorder())
+            return f"impact, {REGIME_STYLES[hit.regime].text}"
+        return _TEXTS.get(mode or "", "apart")
+
+    @property
+    def moving(self) -> list[Artist]:
+        """What the last `show` has drawn."""
+        return self._stage.moving
 
     def _hit(self, frame: int) -> Hit | None:
         """Return the last impact, while it is seen."""
         recent = self._hits[max(frame - _FLASH + 1, 0) : frame + 1]
         for age, row in enumerate(reversed(recent)):
             if row >= 0:
-                impact = self._run.impacts[row]
+                impact = self.run.impacts[row]
                 normal, tangential = (
                     float(impact[name]) / self._largest
                     for name in ("impulse_normal", "impulse_tangential")
@@ -132,9 +116,93 @@ class _Scene:
         return None
 
 
+class _Stops:
+    """The stops of a Structure on the axes of an animation."""
+
+    def __init__(self, run: StructureRun, times: Array, hits: list[int], step: float) -> None:
+        self.run = run
+        self._times, self._step = times, step
+        self._states = run.trajectory(times)
+        self._shown = shown_coordinates(None, run.system, few=FEW)
+        self.portrait = {"coordinates": self._shown}
+        self.colors = [coordinate_style(place)["color"] for place in range(len(self._shown))]
+
+    def begin(self, ax: Axes, window: tuple[float, float]) -> None:
+        """Draw what stands still."""
+        self._rows = StopRows(ax, self.run, self._times, self._states, _FLASH * self._step)
+
+    def dots(self, frame: int) -> list[tuple[float, float]]:
+        """Return the points of the portrait."""
+        q, v = self._states[frame]
+        return [(float(q[i]), float(v[i])) for i in self._shown]
+
+    def show(self, frame: int) -> str:
+        """Draw a frame in place of the one before; return what happens in words."""
+        return self._rows.show(frame)
+
+    @property
+    def moving(self) -> list[Artist]:
+        """What the last `show` has drawn."""
+        return [*self._rows.moving]
+
+
+class _Scene:
+    """A run on the axes of an animation: the curves, and what moves over them."""
+
+    def __init__(self, run: Run | StructureRun, window: tuple[float, float], frames: int) -> None:
+        start, end = window
+        step = (end - start) / frames
+        even: Array = start + (end - start) * np.arange(frames) / frames
+        self.times, hits = _with_impacts(run, even, step)
+        self.times.flags.writeable = False
+        self._film: Any = (_Machine if isinstance(run, Run) else _Stops)(
+            run,  # type: ignore[arg-type]
+            self.times,
+            hits,
+            step,
+        )
+        with matplotlib.rc_context(_SETTINGS):
+            self.figure = Figure(figsize=_SIZE, dpi=_DOTS_PER_INCH, layout="constrained")
+            FigureCanvasAgg(self.figure)
+            self._curves(run, window)
+            self.draw(0)
+        # Arranged once, or it would be arranged for every frame.
+        self.figure.draw_without_rendering()
+        self.figure.set_layout_engine("none")
+
+    def _curves(self, run: Run | StructureRun, window: tuple[float, float]) -> None:
+        """Draw the curves, and what will move over them."""
+        parts = self.figure.subplot_mosaic(
+            [["machine", "portrait"], ["machine", "history"]], width_ratios=(1.1, 1.0)
+        )
+        phase_portrait(run, window=window, ax=parts["portrait"], **self._film.portrait)
+        time_history(run, window=window, ax=parts["history"])
+        parts["history"].xaxis.set_major_locator(MaxNLocator(nbins=5))
+        self._film.begin(parts["machine"], window)
+        mark: dict[str, Any] = {"marker": "o", "markersize": 5.0, "ls": "none", "zorder": 5}
+        self._dots = [
+            parts["portrait"].plot([], [], color=color, **mark)[0] for color in self._film.colors
+        ]
+        self._now = parts["history"].axvline(window[0], color=VERMILLION, lw=1.0, zorder=4)
+        self._text = parts["machine"].text(
+            0.0, 1.0, "", transform=parts["machine"].transAxes, ha="left", va="bottom", fontsize=10
+        )
+
+    def draw(self, frame: int) -> list[Artist]:
+        """Draw one frame; return what moves, from below to above."""
+        time = float(self.times[frame])
+        doing = self._film.show(frame)
+        for dot, (x, v) in zip(self._dots, self._film.dots(frame), strict=True):
+            dot.set_data([x], [v])
+        self._now.set_xdata([time, time])
+        self._text.set_text(f"$t$ = {time:.2f}: {doing}")
+        drawn = [*self._film.moving, *self._dots, self._now, self._text]
+        return sorted(drawn, key=lambda artist: artist.get_zorder())
+
+
 @naming
 def animation(
-    run: Run,
+    run: Run | StructureRun,
     *,
     window: tuple[float, float] | None = None,
     periods: float | None = None,
@@ -147,9 +215,13 @@ def animation(
     its regime; in sustained contact the tip has the colour of the bands in the time history. Green
     arrows are the drive.
 
+    Of a structure the stops are drawn in rows: each has a block at its distance from the contact,
+    in a scale of its own, whose largest distance is the number beside it. The block is filled while
+    the stop is closed, and a mark shows the regime of an impact.
+
     Parameters
     ----------
-    run : Run
+    run : Run or StructureRun
         Result of `vibroimpact.simulate`.
     window : (float, float), optional
         Times, within the kept part of the run. By default one orbit of a periodic motion of up to
@@ -182,7 +254,8 @@ def animation(
     >>> type(moving).__name__
     'Animation'
     """
-    run = expected("run", run, Run)
+    if not isinstance(run, StructureRun):
+        run = expected("run", run, Run)
     if window is None and periods is None and is_driven(run.system):
         m = run.period.m
         span = orbit_window(run) if m is not None and m <= 8 else shown_window(run)
@@ -202,7 +275,7 @@ def animation(
 
 @naming
 def animate(
-    run: Run,
+    run: Run | StructureRun,
     path: str | os.PathLike[str] | None = None,
     *,
     window: tuple[float, float] | None = None,
@@ -210,7 +283,7 @@ def animate(
     frames: int | None = None,
     frames_per_second: float = 25.0,
 ) -> Animation:
-    """Return the animation of a run, written to a file if there is a path; `Run.animate`."""
+    """Return the animation of a run, written to a file if there is a path."""
     if path is not None:
         writer_of(path)  # before anything is computed for it
     moving = animation(
@@ -221,7 +294,7 @@ def animate(
     return moving
 
 
-def _with_impacts(run: Run, times: Array, step: float) -> tuple[Array, list[int]]:
+def _with_impacts(run: Run | StructureRun, times: Array, step: float) -> tuple[Array, list[int]]:
     """Return the times, moved to the impacts near to them, and the impact of each, -1 for none.
 
     Of several impacts near to one frame the strongest is shown.

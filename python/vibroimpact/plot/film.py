@@ -32,6 +32,7 @@ from .style import (
     SKY_BLUE,
     SLIDE_STYLE,
     STICK_STYLE,
+    STOPS,
     VERMILLION,
 )
 
@@ -58,7 +59,7 @@ _SIGNS = {
 
 @interruptible
 class Animation:
-    """A run that moves; what `vibroimpact.plot.animation` and `Run.animate` return.
+    """A run that moves; what `vibroimpact.plot.animation` and ``run.animate`` return.
 
     In a notebook it shows itself. `save` writes a GIF, an MP4 or a page of HTML.
 
@@ -244,7 +245,7 @@ def _palette() -> NDArray[np.uint8]:
     A palette made from the pixels would lose the rare ones, which are those of the impacts.
     """
     colors = [np.full(3, grey) for grey in np.linspace(0.0, 1.0, 32)]
-    strong = {style.color for style in REGIME_STYLES.values()}
+    strong = {style.color for style in REGIME_STYLES.values()} | {color for color, _ in STOPS}
     for name in sorted((strong | {GREEN, SKY_BLUE, VERMILLION, BLUE}) - {BLACK}):
         full = np.array(to_rgb(name))
         colors += [1.0 - part + part * full for part in (1.0, 0.8, 0.6, 0.4, 0.2, 0.1)]

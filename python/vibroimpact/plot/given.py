@@ -29,7 +29,7 @@ Item = TypeVar("Item")
 # What draws a result, for the error about a result of another kind.
 _DRAWN_BY: Final[tuple[tuple[type, str], ...]] = (
     (Run, "time_history, phase_portrait, impact_section, stroboscopic, animation"),
-    (StructureRun, "time_history, phase_portrait, impact_section, stroboscopic"),
+    (StructureRun, "time_history, phase_portrait, impact_section, stroboscopic, animation"),
     (PeriodicMotion, "orbit, multipliers"),
     (StructureOrbit, "orbit, multipliers"),
     (Branch, "branches, multipliers"),

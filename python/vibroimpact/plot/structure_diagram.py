@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from ..arguments import count, naming, reject
 from ..sweeps.structure_diagram_results import StructureDiagram
 from .parameter_units import along_parameter, grid_label
-from .structure_history import STOPS
-from .style import BLACK, coordinate_symbol, curve_legend, new_axes
+from .style import BLACK, STOPS, coordinate_symbol, curve_legend, new_axes
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ its mark. Source of the gap function: the page on structures.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,17 +24,7 @@ from ..structure_run import StructureRun
 from .curve import Curve, sample, times_within
 from .given import regime_color
 from .marks import ContactSpan, draw_bands, draw_regimes
-from .style import (
-    BLUE,
-    BODY_COLORS,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY_BLUE,
-    VERMILLION,
-    curve_legend,
-    new_axes,
-)
+from .style import BODY_COLORS, STOPS, curve_legend, new_axes
 
 Array = NDArray[np.float64]
 Mode = Literal["closed", "slide", "stick"]
@@ -42,15 +32,6 @@ Mode = Literal["closed", "slide", "stick"]
 # Coordinates that are drawn unasked, and the most that their lines tell apart.
 _FEW, _MOST = 4, 8
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))
-# Colour and mark of a stop. Marks alone tell six of them apart.
-STOPS: Final = (
-    (VERMILLION, "o"),
-    (BLUE, "s"),
-    (GREEN, "^"),
-    (ORANGE, "v"),
-    (PURPLE, "D"),
-    (SKY_BLUE, "P"),
-)
 # A stop so many heights of the motion away from it is left out: it would flatten the motion.
 _AWAY = 1.0
 # A velocity of slip below this part of the velocities in it is a stick.

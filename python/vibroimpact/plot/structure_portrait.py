@@ -21,7 +21,6 @@ from .curve import is_driven, orbit_window, sample
 from .given import chosen, regime_color, sectioned
 from .marks import draw_path, draw_regimes
 from .structure_history import (
-    STOPS,
     Stretch,
     bands_of,
     coordinate_style,
@@ -32,6 +31,7 @@ from .style import (
     BLACK,
     REGIME_STYLES,
     STATE_SYMBOLS,
+    STOPS,
     curve_legend,
     mark_area,
     new_axes,

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import matplotlib
 import numpy as np
@@ -49,6 +49,16 @@ class RegimeStyle:
     color: str
     marker: str
 
+
+# Colour and mark of a stop of a structure, by its number. Marks alone tell six of them apart.
+STOPS: Final = (
+    (VERMILLION, "o"),
+    (BLUE, "s"),
+    (GREEN, "^"),
+    (ORANGE, "v"),
+    (PURPLE, "D"),
+    (SKY_BLUE, "P"),
+)
 
 REGIME_STYLES: dict[int, RegimeStyle] = {
     Regime.FRICTIONLESS: RegimeStyle("frictionless", BLACK, "o"),

@@ -13,17 +13,17 @@ import numpy as np
 from bokeh.models import ColumnDataSource, Label, Range1d
 from numpy.typing import NDArray
 
+from ...plot.stop_rows import MOST_ROWS, distances, struck_most
 from ...plot.style import BLACK, REGIME_STYLES
 from ...run import EventKind
+from ...stop import row_words
 from ..machine import Machine, Motion
-from ..of_structure import row_words
 from ..theme import Palette
 from . import parts
 from .columns import Sources
 from .drawing import FADE, Array, Drawing, small
 
-# Rows at most, and their columns in the film: distance, and what is seen at the wall.
-_ROWS = 8
+# Columns of a row in the film: distance, and what is seen at the wall.
 _DISTANCE, _STRIKE, _COLOR = "d", "s", "k"
 # Width and height of a block, beside a row of height 1 whose wall is at 1; its track begins at 0.
 _WIDE, _TALL, _WALL = 0.16, 0.5, 0.05
@@ -71,7 +71,7 @@ class StopsView(Drawing):
 
     def __init__(self, machine: Machine, sources: Sources) -> None:
         super().__init__(machine, sources)
-        count = min(len(machine.system.stops), _ROWS)
+        count = min(len(machine.system.stops), MOST_ROWS)
         middles = [-float(row) for row in range(count)]
         self._rows = ColumnDataSource(
             data={
@@ -175,10 +175,10 @@ class StopsView(Drawing):
     def show(self, motion: Motion, palette: Palette) -> None:
         """Draw the stops of a motion, and give the page its film."""
         stops = motion.machine.system.stops
-        drawn = _struck_most(motion)
+        drawn = struck_most(motion.run)
         film: dict[str, Any] = {}
         reach = []
-        gaps = distances(motion)
+        gaps = distances(motion.machine.system, motion.time, motion.states[:, 0])
         strikes = _Strikes(motion)
         for row, stop in enumerate(drawn):
             largest = float(gaps[:, stop].max()) or 1.0
@@ -204,33 +204,14 @@ class StopsView(Drawing):
         self._names.glyph.text_color = palette.ink
         self._reach.glyph.text_color = palette.muted
         self.playing.tags = [palette.regime(each) for each in REGIME_STYLES]
-        few = f": the {_ROWS} of {self._all} that are struck most" if self._all > _ROWS else ""
+        few = (
+            f": the {MOST_ROWS} of {self._all} that are struck most"
+            if self._all > MOST_ROWS
+            else ""
+        )
         words = f"Distance from the stops{few}"
         hint = '<span class="key">number: the largest</span>' if self._all else ""
         self.heading.text = parts.heading(words) + hint
-
-
-def distances(motion: Motion) -> Array:
-    """Return the distance -g of each stop from its contact at each sample, at least 0."""
-    system, time = motion.machine.system, motion.time
-    places = motion.states[:, 0]
-    columns = [
-        stop.gap
-        + stop.amplitude * np.cos(system.drive_frequency * time + stop.phase)
-        - places @ stop.normal
-        for stop in system.stops
-    ]
-    gaps: Array = np.array(columns).reshape(-1, len(time)).T
-    return np.maximum(gaps, 0.0)
-
-
-def _struck_most(motion: Motion) -> list[int]:
-    """Return the stops that are drawn, in their order."""
-    count = len(motion.machine.system.stops)
-    struck = np.zeros(count, dtype=np.int64)
-    if count and len(motion.run.impacts):
-        struck = np.bincount(motion.run.impacts["stop"], minlength=count)
-    return sorted(np.argsort(-struck, kind="stable")[:_ROWS].tolist())
 
 
 class _Strikes:
