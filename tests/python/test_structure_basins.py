@@ -5,7 +5,7 @@ import pytest
 
 import vibroimpact as vi
 from ctrl_c import asks_of, ctrl_c_at
-from struck import BEAM, REST, SETTLING
+from struck import BEAM, SETTLING
 
 # A mass between two stops strikes both once in every period, or neither: its start decides.
 TWO = vi.Structure(
@@ -88,6 +88,8 @@ def test_a_store_is_resumed_and_files_keep_all(tmp_path, basins):
     assert again.settings == basins.settings
     for a, b in zip(again.attractors, basins.attractors, strict=True):
         assert a.motion.state.tobytes() == b.motion.state.tobytes()
+        assert (a.motion.legs, a.motion.clocks) == (b.motion.legs, b.motion.clocks)
+        assert a.motion.nodes.tobytes() == b.motion.nodes.tobytes()
     assert again.run(2, 2).final_state.q == basins.run(2, 2).final_state.q
 
 
@@ -115,6 +117,30 @@ def test_a_plane_may_be_of_any_two_coordinates():
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$q_2$", r"$\dot q_0$")
     names = basins.attractors[0].plot(x="q_1", y="v_2")
     assert (names.get_xlabel(), names.get_ylabel()) == ("$q_1$", r"$\dot q_2$")
+
+
+def test_a_structure_from_all_its_modes_has_the_basins_of_its_matrices():
+    stops = [vi.Stop([1, 0], 0.3, 0.8), vi.Stop([-1, 0], 0.6, 0.7)]
+    drive = {"drive_amplitude": [1, 0], "drive_frequency": 3.0, "damping_ratios": [0.05, 0.05]}
+    matrices = vi.Structure(np.eye(2), [[1.2, -0.2], [-0.2, 0.5]], stops, **drive)
+    modes = vi.Structure.from_modes(matrices.frequencies, matrices.shapes, stops, **drive)
+    one, other = (
+        vi.basins(system, **PLANE, scouts=42, periods=400, keep=60) for system in (matrices, modes)
+    )
+    assert one.complete
+    assert {*one.label.ravel()} == {"1-2", "1-0", "overlap"}
+    assert one.label.tolist() == other.label.tolist()
+    for a, b in zip(one.attractors, other.attractors, strict=True):
+        assert b.confirmed
+        assert np.allclose(a.sections, b.sections, rtol=0, atol=1e-9)
+        # The region is that of the modal coordinates.
+        center = b.region.center.reshape(2, 2) @ modes.shapes.T
+        assert np.abs(b.sections - center).max(axis=(1, 2)).min() < 1e-9
+
+
+def test_a_plane_outside_the_span_of_the_modes_is_refused_before_any_work():
+    with pytest.raises(vi.StateError, match=r"over q_0, v_0: .* outside the span of the modes"):
+        vi.basins(BEAM, q_0=[0.0, 0.1], v_0=[0.0, 0.1])
 
 
 def test_motions_that_do_not_repeat_are_recognised_in_long_states():
@@ -149,7 +175,5 @@ def test_bad_input_is_refused_by_name(asked, error, words):
 
 
 def test_what_has_no_basins_is_refused_by_name():
-    with pytest.raises(vi.ParameterError, match="from modes has no basins"):
-        vi.basins(BEAM, initial=REST[3], q_0=[0.0], v_0=[0.0])
     with pytest.raises(vi.ParameterError, match=r"drive_frequency = 0\.0"):
         vi.basins(SETTLING.replace(drive_frequency=0.0), q_0=[0.0], v_0=[0.0])

@@ -230,7 +230,8 @@ def basins(
     Parameters
     ----------
     system
-        The System or Structure; drive_frequency > 0. A structure `from_modes` has no basins so far.
+        The System or Structure; drive_frequency > 0. Of a structure `from_modes` all starts of the
+        plane must lie in the span of its modes, as they do where it has as many coordinates.
     initial
         (x1, v1, x2, v2) at t = 0, of a structure the rows q and v, (2, N); zeros by default. Its
         values of the two that vary have no influence.
@@ -293,14 +294,13 @@ def basins(
     if system.drive_frequency == 0.0:
         reject("drive_frequency", 0.0, "a number > 0: basins are told on the stroboscopic section")
     machine = machine_of(system)
-    if not isinstance(system, System) and system._basis.is_modal:
-        reject("system", system, "a structure of matrices: one from modes has no basins so far")
     scales = system._chosen(units)
     plane = _plane(machine, dict(axes))
-    start = np.zeros(machine.final_state.shape) if initial is None else initial
+    start = machine.start(np.zeros(machine.final_state.shape) if initial is None else initial)
+    machine.check_starts(plane.axes, start)
     periods = count("periods", periods, least=8)
     settings = BasinSettings(
-        initial=machine.start(start),
+        initial=start,
         periods=periods,
         keep=kept_periods(keep, periods, usual=USUAL_KEEP, least=8),
         scouts=count("scouts", scouts, least=1, most=1_000_000),

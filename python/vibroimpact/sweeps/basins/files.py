@@ -20,7 +20,7 @@ from .results import Basins, BasinSettings
 Arrays = dict[str, NDArray[Any]]
 # Of the motion of a structure.
 _NUMBERS = ("m", "n", "residual", "error", "stability")
-_ARRAYS = ("state", "impacts", "derivative", "multipliers")
+_ARRAYS = ("state", "impacts", "derivative", "multipliers", "nodes")
 _CELLS = ("attractor", "status_code", "settling")
 
 
@@ -85,6 +85,7 @@ def _parts(attractor: Attractor) -> tuple[dict[str, Any], Arrays]:
     motion, region, cloud = attractor.motion, attractor.region, attractor.cloud
     if isinstance(motion, StructureOrbit):
         words["of_structure"] = {name: getattr(motion, name) for name in _NUMBERS}
+        words["stop_legs"] = [[str(leg) for leg in motion.legs], motion.clocks]
         arrays |= {f"motion_{name}": getattr(motion, name) for name in _ARRAYS}
     elif motion is not None:
         legs = [str(leg) for leg in motion.legs]
@@ -105,6 +106,8 @@ def _attractor(system: Any, words: dict[str, Any], arrays: Arrays) -> Attractor:
     cloud: Cloud | None = None
     if "of_structure" in words:
         own: dict[str, Any] = {name: arrays[f"motion_{name}"] for name in _ARRAYS}
+        legs, clocks = words.pop("stop_legs")
+        own |= {"legs": tuple(map(_core.StopLeg.from_text, legs)), "clocks": tuple(clocks)}
         motion = StructureOrbit(system=system, **words.pop("of_structure"), **own)
     if "motion" in words:
         legs, m, clocks, wall_at_rest, error = words.pop("motion")

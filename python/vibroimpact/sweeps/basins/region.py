@@ -1,6 +1,7 @@
 """A trapping region of an attractor, and how starts are followed to it."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +18,24 @@ def is_rotor(system: Any) -> bool:
     return isinstance(system, System) and system.is_rotor
 
 
+def to_core(system: Any, rows: Array) -> Array:
+    """Return states (..., d) in the coordinates of the compiled machine."""
+    return _converted(system, rows, system._to_core)
+
+
+def from_core(system: Any, rows: Array) -> Array:
+    """Return states (..., d) of the compiled machine in the coordinates of a user."""
+    return _converted(system, rows, system._from_core)
+
+
+def _converted(system: Any, rows: Array, convert: Callable[[Array], Array]) -> Array:
+    *lead, width = rows.shape
+    # Of a structure q before v.
+    own = (width,) if system._AXES == 1 else (2, width // 2)
+    states = convert(rows.reshape(*lead, *own))
+    return states.reshape(*lead, math.prod(states.shape[len(lead) :]))
+
+
 def wrapped(offsets: Array, *, rotor: bool) -> Array:
     """Return differences of states, shape (..., d), with that of a rotor's angle in [-pi, pi]."""
     if rotor:
@@ -28,6 +47,8 @@ def wrapped(offsets: Array, *, rotor: bool) -> Array:
 @dataclass(frozen=True, eq=False)
 class Region:
     """The states X with ``|factor @ (X - center)| <= 1`` at the start of a drive period.
+
+    They are those of the compiled machine: of a structure `from_modes` in its modal coordinates.
 
     Attributes
     ----------
@@ -50,7 +71,7 @@ class Region:
 
     @property
     def extents(self) -> Array:
-        """Half extents of the region along each number of a state."""
+        """Half extents of the region along each number of such a state."""
         inverse = np.linalg.inv(self.factor)
         return np.sqrt((inverse @ inverse.T).diagonal())
 

@@ -22,7 +22,7 @@ from ..machines import machine_of
 from .attractors import Attractor, Family, Kind, Tails, flat, same
 from .clouds import cloud_of
 from .free_motion import never_strike
-from .region import Follow, is_rotor
+from .region import Follow, from_core, is_rotor, to_core
 from .trapping import arrive, largest_multiplier, trapping_region
 
 Array = NDArray[np.float64]
@@ -79,11 +79,12 @@ def follow_all(
     """Follow starts, shape (n, d), until they arrive at attractors; judge the others by tails."""
     trapping = [k for k, attractor in enumerate(attractors) if attractor.region is not None]
     regions = [attractor.region for attractor in attractors if attractor.region is not None]
-    found = arrive(system, starts, regions, follow, workers=workers, progress=progress)
+    inner = to_core(system, starts)
+    found = arrive(system, inner, regions, follow, workers=workers, progress=progress)
     number = np.array([*trapping, -1])[found.attractor]
     status, left = found.status, found.left
     tails = Tails(
-        sections=found.tails,
+        sections=from_core(system, found.tails),
         counts=found.counts,
         orbits=np.column_stack([found.m[left], found.n[left]]),
         rested=status[left] == STATUS_NAMES.index("rest"),

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ... import _core
 from ..fields import STATUS_NAMES
-from .region import Follow, Region, is_rotor, wrapped
+from .region import Follow, Region, is_rotor, to_core, wrapped
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,10 @@ def arrive(
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> _core.Arrivals:
-    """Follow every start, shape (n, d), until it arrives in one of the regions, or to the end."""
+    """Follow every start, shape (n, d), until it arrives in one of the regions, or to the end.
+
+    Starts and ends are states of the compiled machine.
+    """
     width = starts.shape[1]
     caps = {} if follow.max_events is None else {"max_events": follow.max_events}
     arrivals = _core.arrivals(
@@ -77,6 +80,7 @@ def trapping_region(
     sections
         Its states at the starts of m drive periods, shape (m, d).
     """
+    sections = to_core(system, sections)
     size = _size(sections)
     m = len(sections)
     cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.chatter_tolerance), workers)
@@ -90,6 +94,7 @@ def trapping_region(
 
 def largest_multiplier(system: Any, sections: Array, follow: Follow) -> float:
     """Return the largest modulus of a multiplier of a periodic motion, from simulations alone."""
+    sections = to_core(system, sections)
     m = len(sections)
     cycle = _Cycle(system, Follow(m, m, follow.max_events, follow.chatter_tolerance), 1)
     matrix = cycle.derivative(sections[-1], _size(sections))
