@@ -198,6 +198,19 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
                 **dict.fromkeys(("chunk", "client", "store"), "object or none"),
             },
         ),
+        "lyapunov_spectrum: structures": (
+            vi.lyapunov_spectrum,
+            {"system": SETTLING, "initial": REST[1], "periods": 60, "keep": 40, "gap": [0.3]},
+            {
+                **_RUN,
+                "periods": "whole number > 2 or none",
+                "keep": "whole number > 2 or none",
+                "most": "object or none",
+                "time": "object or none",
+                **{"chunk": "whole number or none", "client": "object or none"},
+                **{"store": "path or none", "gap": "axis"},
+            },
+        ),
         "StructureRun.resume: time": (
             moving_run().resume,
             {"time": 1.0},

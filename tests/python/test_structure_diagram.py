@@ -183,6 +183,74 @@ def test_the_exponents_of_a_motion_are_those_of_its_multipliers():
     assert settled_run().label == spectrum().label
 
 
+def test_the_exponents_of_a_cell_are_those_of_its_motion():
+    frequencies = [1.9, 2.0, 2.2]
+    asked = {"initial": REST[1], "periods": 800}
+    found = vi.lyapunov_spectrum(SETTLING, drive_frequency=frequencies, gap=[0.3, 0.35], **asked)
+    assert found.exponents.shape == (3, 2, 2)
+    assert found.complete
+    for i, frequency in enumerate(frequencies):
+        here = SETTLING.replace(drive_frequency=frequency, gap=0.35)
+        assert found.system_at(i, 1) == here
+        one = vi.lyapunov_spectrum(here, **asked)
+        # That of a cell is measured once its motion has settled, to the same exponents.
+        assert np.allclose(found.exponents[i, 1], one.exponents, rtol=0, atol=1e-12)
+        assert found.largest[i, 1] == found.exponents[i, 1, 0]
+    drawn = vi.lyapunov_spectrum(
+        lambda ratio: SETTLING.replace(damping_ratios=[ratio]), ratio=[0.02, 0.1], **asked
+    )
+    assert np.allclose(drawn.exponents.sum(axis=1), found_sums(drawn), rtol=1e-9)
+    ax = drawn.plot()
+    curves = {line.get_label(): line.get_ydata() for line in ax.lines}
+    for k in range(2):
+        assert np.array_equal(curves[rf"$\lambda_{k + 1}$"], drawn.exponents[:, k])
+
+
+def found_sums(sweep) -> list[float]:
+    """Return the mean rates at which volumes shrink: by damping, and r^2 at each impact."""
+    sums = []
+    for i in range(len(sweep)):
+        system = sweep.system_at(i)
+        (ratio,) = system.damping_ratios
+        impacts = vi.lyapunov_spectrum(system, initial=REST[1], periods=200)
+        rate = impacts.impacts.sum() / impacts.time
+        sums.append(2 * rate * np.log(system.stops[0].restitution) - 2 * ratio)
+    return sums
+
+
+def test_more_exponents_than_a_picture_names_are_drawn_in_part():
+    many = vi.Structure(
+        np.eye(7),
+        np.diag(np.arange(1.0, 8.0)),
+        [vi.Stop(np.eye(7)[0], 0.3, 0.8)],
+        damping_ratios=np.linspace(0.02, 0.08, 7),
+        drive_amplitude=np.ones(7),
+        drive_frequency=2.0,
+    )
+    found = vi.lyapunov_spectrum(many, initial=np.zeros((2, 7)), periods=40, gap=[0.3, 0.4])
+    assert found.exponents.shape == (2, 14)
+    names = [line.get_label() for line in found.plot().lines if line.get_label()[0] == "$"]
+    assert names == [rf"$\lambda_{k}$" for k in range(1, 10)] + [
+        rf"$\lambda_{{{k}}}$" for k in range(10, 13)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"gap": [0.3], "most": 1}, "most = 1 .* None, but for one motion of a structure"),
+        ({"most": 3}, "most = 3 .* from 1 to 2"),
+        ({"x1": [0.3]}, r"unknown argument x1 of lyapunov_spectrum, did you mean q_0\?"),
+        ({"gap": [0.3], "time": 30.0}, "time = 30.0 .* None, but for a single motion"),
+        ({"units": "SI"}, "units = 'SI'"),
+        ({"chunk": 3}, "chunk = 3 .* single motion"),
+    ],
+)
+def test_what_a_spectrum_does_not_take_is_named(options, words):
+    with pytest.raises(vi.ParameterError, match=words):
+        vi.lyapunov_spectrum(SETTLING, initial=REST[1], **{"periods": 60} | options)
+
+
 def test_exponents_come_with_their_convergence():
     found = vi.lyapunov_spectrum(SETTLING, initial=REST[1], periods=1000, keep=900)
     steps = np.diff(found.history_time)

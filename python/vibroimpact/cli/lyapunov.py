@@ -37,9 +37,9 @@ exponent is positive; exit code 3 where a run stopped early.
 columns of the CSV of one motion, its convergence:
   time             since the measurement began
   exponent_1, ...  the exponents up to then
-and with --vary, which structures do not have so far, one row per value:
+and with --vary, one row per value:
   (parameter)      its value, under its name in Python
-  exponent_1, ...  the four exponents
+  exponent_1, ...  the exponents
   error_1, ...     their standard errors
 {cells.COLUMNS}
 here all that is not periodic is unresolved: its exponents tell what it is.
@@ -84,7 +84,7 @@ def add(subparsers: Any) -> None:
         "--most",
         type=shared.whole,
         metavar="K",
-        help="of a structure, the largest K exponents (default: all)",
+        help="of one motion of a structure, the largest K exponents (default: all)",
     )
     shared.add_limits(group, section=False)
     outputs.add_outputs(command, "the convergence, or the spectra")

@@ -24,7 +24,6 @@ Array = NDArray[np.float64]
 
 _COLORS = (VERMILLION, BLACK, BLUE, GREEN)
 _DASHES = ("-", "-", (0.0, (5.0, 1.5)), (0.0, (1.5, 1.2)))
-_SYMBOLS = tuple(rf"$\lambda_{k}$" for k in (1, 2, 3, 4))
 # Exponents of a structure that are drawn and named, of more than these.
 _MOST = 12
 _BAND = 0.25
@@ -40,12 +39,11 @@ def lyapunov(
 ) -> Axes:
     r"""Draw Lyapunov exponents over the time of their measurement, or over a parameter.
 
-    Of one motion: the exponents as they were after each time, of a structure at most the largest
-    twelve. The bands reach from the final
-    values one standard error to either side, as it would be after that time: the error of a mean
-    falls as t^(-1/2).
+    Of one motion: the exponents as they were after each time. The bands reach from the final values
+    one standard error to either side, as it would be after that time: the error of a mean falls as
+    t^(-1/2). Of a structure at most the largest twelve are drawn.
 
-    Over a parameter: all four exponents, or the largest of each branch of a diagram, in bands of
+    Over a parameter: all exponents, or the largest of each branch of a diagram, in bands of
     one standard error to either side, and a line at zero. Where an exponent is -\infty, the bottom
     axis is marked in its colour; where it could not be computed, the line has a gap.
 
@@ -98,11 +96,9 @@ def lyapunov(
 def _convergence(ax: Axes, spectrum: LyapunovSpectrum | StructureSpectrum) -> None:
     flow = spectrum.flow if isinstance(spectrum, LyapunovSpectrum) else None
     for k in range(min(len(spectrum.exponents), _MOST)):
-        again, hue = divmod(k, len(_COLORS))
-        color, dashes = _COLORS[hue], _DASHES[(hue + again) % len(_DASHES)]
+        text, color, dashes = _style(k)
         value, error = float(spectrum.exponents[k]), float(spectrum.error[k])
-        number = f"{k + 1}" if k < 9 else f"{{{k + 1}}}"
-        text = rf"$\lambda_{number}$" + (" (of the flow)" if k == flow else "")
+        text += " (of the flow)" if k == flow else ""
         if np.isfinite(value):
             half = error * np.sqrt(spectrum.time / spectrum.history_time)
             ax.fill_between(
@@ -131,6 +127,13 @@ def _convergence(ax: Axes, spectrum: LyapunovSpectrum | StructureSpectrum) -> No
     ax.set_ylabel("exponents up to $t$")
 
 
+def _style(k: int) -> tuple[str, str, Any]:
+    """Return symbol, colour and dashes of an exponent, from 0."""
+    again, hue = divmod(k, len(_COLORS))
+    number = f"{k + 1}" if k < 9 else f"{{{k + 1}}}"
+    return rf"$\lambda_{number}$", _COLORS[hue], _DASHES[(hue + again) % len(_DASHES)]
+
+
 def _digits(error: float) -> int:
     """Return after how many decimals to cut a value with this error: two digits of the error."""
     return min(max(1 - math.floor(math.log10(error)), 0), 8) if error > 0.0 else 6
@@ -150,13 +153,18 @@ class _Curves:
     texts: Sequence[str] = ("_nolegend_",)
     colors: Sequence[str] = (BLACK,)
     dashes: Sequence[Any] = ("-",)
+    # Whether they are those of one spectrum at each value.
+    whole: bool = False
 
     @classmethod
     def of(cls, result: GridResult) -> "_Curves":
         if isinstance(result, LyapunovSweep):
             ((axis, values),) = result.axes.items()
             name = grid_label(result, axis)
-            return cls(name, values, result.exponents.T, result.error.T, _SYMBOLS, _COLORS, _DASHES)
+            exponents, errors = result.exponents.T[:_MOST], result.error.T[:_MOST]
+            styles = [_style(k) for k in range(len(exponents))]
+            texts, colors, dashes = ([style[i] for style in styles] for i in range(3))
+            return cls(name, values, exponents, errors, texts, colors, dashes, whole=True)
         axis, values = [*result.axes.items()][-1]
         name = grid_label(result, axis)
         exponents, errors = (
@@ -185,9 +193,7 @@ def _along(ax: Axes, curves: _Curves) -> None:
         )
         _mark_infinite(ax, values, np.isneginf(exponent), k, color)
     along_parameter(ax, values, name)
-    ax.set_ylabel(
-        r"exponents $\lambda$" if curves.texts is _SYMBOLS else r"largest exponent $\lambda_1$"
-    )
+    ax.set_ylabel(r"exponents $\lambda$" if curves.whole else r"largest exponent $\lambda_1$")
 
 
 def _mark_infinite(

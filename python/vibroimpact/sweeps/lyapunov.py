@@ -7,8 +7,7 @@ phases (theory page, section 7), and kept orthonormal (Benettin et al. 1980).
 from __future__ import annotations
 
 import os
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Unpack, overload
 
 import numpy as np
@@ -17,10 +16,9 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._core import CHATTER_TOLERANCE
 from ..arguments import count, flag, kept_periods, positive, reject, state, threads
-from ..errors import Interrupted, SimulationError
 from ..interruption import interruptible
 from ..keyword_types import Axes, completing
-from ..made import Maker, in_units, need_system
+from ..made import Maker, in_units, is_maker, is_structure
 from ..scales import Units, in_si, needed
 from ..simulation import simulate
 from ..system import System
@@ -28,10 +26,12 @@ from .call_types import LyapunovCall
 from .cells import CellTask, RunSettings, checked_axes
 from .engine import compute
 from .grid import Grid
-from .lyapunov_results import LyapunovSpectrum, LyapunovSweep
+from .lyapunov_results import LyapunovSpectrum, LyapunovSweep, measured_whole
+from .machines import need_machine
 from .made_cells import made_cells
 
 if TYPE_CHECKING:
+    from ..structure import Structure
     from ..structure_motion import StructureSpectrum
 
 # Drive periods that a measurement takes at least: two for each block of its error. Users see it.
@@ -61,6 +61,15 @@ def lyapunov_spectrum(
 
 @overload
 def lyapunov_spectrum(
+    system: Structure,
+    *,
+    initial: ArrayLike | Callable[..., ArrayLike],
+    **keywords: Any,
+) -> StructureSpectrum | LyapunovSweep: ...
+
+
+@overload
+def lyapunov_spectrum(
     system: Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
@@ -71,7 +80,7 @@ def lyapunov_spectrum(
 @interruptible
 @completing(Axes)
 def lyapunov_spectrum(
-    system: System | Maker,
+    system: System | Structure | Maker,
     *,
     initial: ArrayLike | Callable[..., ArrayLike],
     periods: int | None = None,
@@ -93,9 +102,11 @@ def lyapunov_spectrum(
     Parameters
     ----------
     system
-        The system; over axes also a function that makes one from their values, as in ``sweep``.
+        The System or Structure; over axes also a function that makes one from their values, as in
+        ``sweep``.
     initial
-        (x1, v1, x2, v2) at t = 0; over axes also a function of their values that gives it.
+        (x1, v1, x2, v2) at t = 0, of a structure the rows q and v, (2, N); over axes also a
+        function of their values that gives it.
     periods
         Drive periods in all, at least 20 (default 2000).
     keep
@@ -123,8 +134,8 @@ def lyapunov_spectrum(
     store
         For a grid only: directory of a Zarr store for the results, as in ``sweep``.
     most
-        Of a Structure: the largest so many; default all 2 N. A structure is measured without axes,
-        and from where the run of the other periods has ended.
+        Of one motion of a Structure: the largest so many; default all 2 N. Such a motion is measured
+        from where the run of the other periods has ended.
     **axes
         Arrays of values as in ``sweep``; none for a single motion.
 
@@ -153,49 +164,40 @@ def lyapunov_spectrum(
     >>> spectrum.exponents.shape, spectrum.largest < 0
     ((4,), True)
     """
-    # Nobody has a structure before its module has been loaded; who works without pays nothing.
-    if "vibroimpact.structure" in sys.modules and not isinstance(system, System):
-        from .structure_spectrum import is_structure, structure_spectrum
-
-        if is_structure(system):
-            threads(workers)
-            flag("progress", progress)
-            options = {"max_events": max_events, "chatter_tolerance": chatter_tolerance}
-            refused = {**axes, "units": units, "chunk": chunk, "client": client, "store": store}
-            return structure_spectrum(system, initial, time, periods, keep, most, options, refused)
-    if most is not None:
-        reject("most", most, "None: the four exponents of a System belong together")
-    need_system(system, maker=bool(axes))
-    system, initial = in_units(lyapunov_spectrum, units, system, initial, axes, coordinates=True)
+    need_machine(system)
+    if is_maker(system) and not axes:
+        reject("system", system, "a function over axes only; else a System or a Structure")
+    if most is not None and (axes or not is_structure(system)):
+        reject("most", most, "None, but for one motion of a structure")
+    machine: Any
+    machine, initial = in_units(lyapunov_spectrum, units, system, initial, axes, coordinates=True)
+    single = not axes and not is_maker(machine)
     if not axes:
         threads(workers)
         flag("progress", progress)
         for name, given in (("chunk", chunk), ("client", client), ("store", store)):
             if given is not None:
                 reject(name, given, "None for a single motion: it is one task, not stored")
+    options = {"max_events": max_events, "chatter_tolerance": chatter_tolerance}
     if time is not None:
-        if (
-            not isinstance(system, System)
-            or axes
-            or periods is not None
-            or keep is not None
-            or system.drive_frequency > 0.0
-        ):
+        counted = periods is not None or keep is not None
+        if not single or counted or machine.drive_frequency > 0.0:
             reject("time", time, "None, but for a single motion with drive_frequency = 0")
-        time = positive("time", time) / (needed(system.scales).time if in_si(units) else 1.0)
-        return _single(system, initial, time, None, 0, max_events, chatter_tolerance)
+        time = positive("time", time) / (needed(machine.scales).time if in_si(units) else 1.0)
+        return _single(machine, initial, {"time": 0.25 * time}, _STEPS, 0.75 * time, most, options)
     periods = count("periods", 2000 if periods is None else periods, least=_LEAST)
     usual = max(-(-3 * periods // 4), _LEAST)
     measured = kept_periods(keep, periods, usual=usual, least=_LEAST)
-    if isinstance(system, System) and not axes:
-        if system.drive_frequency == 0.0:
-            reject("time", time, "a number > 0: without a drive there are no periods")
-        return _single(system, initial, None, periods, measured, max_events, chatter_tolerance)
     before = periods - measured
-    grid = Grid(checked_axes(lyapunov_spectrum, system, axes))
-    machine, start, made = made_cells(system, initial, grid.axes, stored=store is not None)
+    if single:
+        if machine.drive_frequency == 0.0:
+            reject("time", time, "a number > 0: without a drive there are no periods")
+        length = {"periods": max(before, 1), "keep": min(max(before, 1), _LOOKED_AT)}
+        return _single(machine, initial, length, measured, None, most, options)
+    grid = Grid(checked_axes(lyapunov_spectrum, machine, axes))
+    base, start, made = made_cells(machine, initial, grid.axes, stored=store is not None)
     run = RunSettings.checked(
-        machine,
+        base,
         initial=start,
         periods=max(before, 1),
         keep=min(before, _LOOKED_AT),
@@ -205,7 +207,7 @@ def lyapunov_spectrum(
     )
     task = CellTask(
         kind=LyapunovSweep.kind,
-        machine=machine,
+        machine=base,
         grid=grid,
         run=run,
         measure="spectrum",
@@ -229,29 +231,23 @@ _LOOKED_AT = 100
 
 
 def _single(
-    system: System,
+    system: System | Structure,
     initial: Any,
+    length: Mapping[str, Any],
+    steps: int,
     time: float | None,
-    periods: int | None,
-    measured: int,
-    max_events: int | None,
-    chatter_tolerance: float,
-) -> LyapunovSpectrum:
-    if time is None:
-        assert periods is not None
-        before = max(periods - measured, 1)
-        length: dict[str, Any] = {"periods": before, "keep": min(before, _LOOKED_AT)}
-        steps, step = measured, None
-    else:
-        length = {"time": 0.25 * time}
-        steps, step = _STEPS, 0.75 * time / _STEPS
-    run = simulate(
-        system,
-        initial=state(initial),
-        max_events=max_events,
-        chatter_tolerance=chatter_tolerance,
-        **length,
-    )
+    most: int | None,
+    options: Mapping[str, Any],
+) -> LyapunovSpectrum | StructureSpectrum:
+    """Measure one motion after a run of a length, in steps of a time together, or of a period."""
+    step = None if time is None else time / steps
+    if not isinstance(system, System):
+        from .structure_spectrum import most_of, structure_spectrum  # as in `machine_of`
+
+        most = most_of(system, most)
+        run = simulate(system, initial=initial, **length, **options)
+        return structure_spectrum(run, steps, step, most)
+    run = simulate(system, initial=state(initial), **length, **options)
     found = _core.lyapunov_spectrum(run._core, steps, step)
     flow = None
     if system.drive_frequency == 0.0 or system.moment_amplitude == system.force_amplitude == 0.0:
@@ -269,10 +265,5 @@ def _single(
         label=run.label,
         system=system,
     )
-    if found.interrupted:
-        raise Interrupted(
-            f"interrupted after a time {found.time:g} of the measurement", spectrum, holds="it"
-        )
-    if found.error is not None:
-        raise SimulationError(f"no Lyapunov exponents: {found.error}")
+    measured_whole(found, spectrum)
     return spectrum

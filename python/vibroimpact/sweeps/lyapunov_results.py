@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core, archive
+from ..errors import Interrupted, SimulationError
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
 from ..run import read_only
@@ -259,12 +260,12 @@ class LyapunovSweep(GridResult):
 
     @property
     def exponents(self) -> NDArray[np.float64]:
-        """The exponents as in ``LyapunovSpectrum``, shape (..., 4)."""
+        """The exponents as in ``LyapunovSpectrum``, shape (..., 4); of structures (..., 2 N)."""
         return self.columns["exponents"]
 
     @property
     def error(self) -> NDArray[np.float64]:
-        """Their standard errors, shape (..., 4)."""
+        """Their standard errors, of the same shape."""
         return self.columns["exponent_errors"]
 
     @property
@@ -276,6 +277,23 @@ class LyapunovSweep(GridResult):
     def dimension(self) -> NDArray[np.float64]:
         """Kaplan-Yorke dimension of each cell, as in ``LyapunovSpectrum``, shape of the grid."""
         return read_only(dimension_of(self.exponents))
+
+
+def measured_whole(found: Any, spectrum: Any) -> None:
+    """Let the compiled measurement of a spectrum that has not come to its end raise.
+
+    Raises
+    ------
+    Interrupted
+        After Ctrl-C; ``.result`` is the spectrum up to there.
+    SimulationError
+        If the motion ends, or its derivatives could not be computed.
+    """
+    if found.interrupted:
+        message = f"interrupted after a time {found.time:g} of the measurement"
+        raise Interrupted(message, spectrum, holds="it")
+    if found.error is not None:
+        raise SimulationError(f"no Lyapunov exponents: {found.error}")
 
 
 def dimension_of(exponents: NDArray[np.float64]) -> NDArray[np.float64]:
