@@ -134,8 +134,8 @@ def lyapunov_spectrum(
     store
         For a grid only: directory of a Zarr store for the results, as in ``sweep``.
     most
-        Of one motion of a Structure: the largest so many; default all 2 N. Such a motion is measured
-        from where the run of the other periods has ended.
+        Of one motion of a Structure: the largest so many; default all 2 N. It is measured from
+        where the run of the other periods has ended.
     **axes
         Arrays of values as in ``sweep``; none for a single motion.
 
