@@ -35,6 +35,8 @@ _SCALING = {"length", "oscillator_mass", "stiffness"}
 # Step of the differences of a function, as part of the number's size: its cube is the rounding of a
 # double, which makes both errors of a central difference about equal.
 _STEP = 6e-6
+# The scale of a number is at least this part of its range.
+_LEAST_SCALE = 0.1
 # A start may differ so much from the system that the function makes for it.
 _SAME = 1e-9
 
@@ -260,7 +262,7 @@ class MadeSystem(System):
 
     def _derivative(self, name: str) -> NDArray[np.float64]:
         value, size = self._numbers[name], self._sizes[name]
-        step = _STEP * (min(abs(value), size) or size)
+        step = _STEP * scale_of(value, size)
 
         def at(steps: float) -> NDArray[np.float64] | None:
             numbers = self._numbers | {name: value + steps * step}
@@ -278,6 +280,15 @@ class MadeSystem(System):
             if near is not None and far is not None:
                 return side * (4.0 * near - 3.0 * here - far) / (2.0 * step)
         raise ParameterError(f"at {name} = {value!r}: no derivative; both neighbours are refused")
+
+
+def scale_of(number: float, size: float) -> float:
+    """Return the scale on which a function is taken to vary at a number with a range of that size.
+
+    It is the number itself, if that is small beside the range, but not too small: where the number
+    passes zero differences over so short a step would be rounding.
+    """
+    return max(min(abs(number), size), _LEAST_SCALE * size)
 
 
 def _row(system: System) -> NDArray[np.float64]:

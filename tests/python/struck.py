@@ -44,6 +44,15 @@ SETTLING = vi.Structure(
     drive_amplitude=[1],
     drive_frequency=2.0,
 )
+# Two masses, the second between two equal stops: q -> -q half a period later changes nothing.
+MIRRORED = vi.Structure(
+    [[1, 0], [0, 0.7]],
+    [[5, -2], [-2, 2.5]],
+    [vi.Stop([0, 1], 0.4, 0.75), vi.Stop([0, -1], 0.4, 0.75)],
+    damping_ratios=[0.03, 0.03],
+    drive_amplitude=[0.8, 0],
+    drive_frequency=1.3,
+)
 REST = {1: np.zeros((2, 1)), 2: np.zeros((2, 2)), 3: np.zeros((2, 3))}
 
 

@@ -230,7 +230,7 @@ def test_bad_input_is_refused(arguments, words):
         vi.follow_motion(motion_of_case("one_one"), **arguments)
 
 
-def test_only_period_doublings_are_switched_at():
+def test_a_saddle_node_is_not_switched_at():
     fold = branch_of("one_one").of_kind("saddle_node")[0]
     with pytest.raises(vi.ParameterError, match="bifurcation"):
         vi.switch_branch(fold, drive_frequency=(1.5, 1.6))
@@ -245,5 +245,6 @@ def test_ctrl_c_keeps_the_branch_so_far(monkeypatch):
     branch = caught.value.result
     assert isinstance(branch, vi.Branch)
     assert "interrupted" in branch.ends
+    assert any("followed on" in why for why in branch.why_not)
     assert 1 < len(branch.values) < 40
     assert len(branch.values) > 2

@@ -135,7 +135,68 @@ def test_a_located_point_can_be_classified():
     assert kinds(path) == ["t at 0.7"]
 
 
+def test_a_test_that_passes_infinity_where_a_path_stops_is_compared_before():
+    # As a multiplier does at a graze: at both ends of a step across 0.65 and 0.7 it is negative.
+    names = {"graze": lambda p: 0.7 - p, "doubling": lambda p: (p - 0.65) / (0.7 - p)}
+    problem = straight(lambda u, p, j: {name: of(p[0]) for name, of in names.items()})
+    for step in (0.01, 0.03, 0.1, 0.2):
+        path = follow(
+            problem, [0.25], 0.5, bounds=(0, 1), step=step, max_step=step, stop_at={"graze"}
+        )
+        zeros = {point.kind: point.p[0] for point in path.special if point.continuous}
+        assert zeros == pytest.approx({"doubling": 0.65, "graze": 0.7}, abs=1e-14)
+
+
 # Branch points
+
+
+def bent_pitchfork(miss=0.0):
+    """x^3 - p x = miss, in coordinates that turn and stretch, beside a second equation."""
+
+    def residual(u, p):
+        x, y = u[0] + 0.3 * np.sin(u[1] + p), u[1] - 0.5 * p**2
+        cosine = 0.3 * np.cos(u[1] + p)
+        dx = np.array([1.0, cosine, cosine])
+        value = x**3 - p * x - miss
+        slope = (3 * x**2 - p) * dx + [0.0, 0.0, -x]
+        return [value + y, y], [slope + np.array([0.0, 1.0, -p]), [0.0, 1.0, -p]]
+
+    return Equations(residual)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_branch_point_is_passed_with_steps_of_any_size_from_anywhere(seed):
+    rng = np.random.default_rng(seed)
+    start, step = -(10 ** rng.uniform(-5, 0)), 10 ** rng.uniform(-2.7, 0.5)
+    problem = bent_pitchfork()
+    u, report = solve(problem, [-0.3 * math.sin(start), 0.0], start)
+    assert report.converged
+    path = follow(problem, u, start, bounds=(-1, 0.5), step=min(step, 0.1), max_step=step)
+    assert path.end == "bound"
+    (point,) = path.special
+    assert point.kind == "branch_point"
+    np.testing.assert_allclose(point.z, 0.0, atol=1e-12)
+    # On the same branch: x = 0.
+    last = path.points[-1]
+    assert last.u[0] + 0.3 * math.sin(last.u[1] + 0.5) == pytest.approx(0, abs=1e-12)
+    # The other one has x^2 = p: it leaves at right angles to p.
+    assert abs(point.other[2]) < 1e-8 * np.linalg.norm(point.other)
+
+
+@pytest.mark.parametrize("miss", [1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("step", [0.005, 0.03, 1.0])
+def test_a_pitchfork_that_is_missed_is_followed_round_its_bend(miss, step):
+    problem = bent_pitchfork(miss)
+    u, _ = solve(problem, [0.3 * math.sin(1.0) + miss, 0.5], -1.0)
+    path = follow(problem, u, -1.0, bounds=(-1, 1), step=min(step, 0.1), max_step=step)
+    assert (path.end, kinds(path)) == ("bound", [])
+    (x, y), p = path.u[-1], 1.0
+    assert x + 0.3 * math.sin(y + p) == pytest.approx(1.0, abs=2 * miss)
+    # The other two solutions meet in a fold at p = 3 (miss/2)^(2/3).
+    u, _ = solve(problem, [-1.0 - 0.3 * math.sin(1.5), 0.5], 1.0)
+    path = follow(problem, u, 1.0, direction=-1, bounds=(-1, 1), step=min(step, 0.1), max_step=step)
+    assert (path.end, kinds(path)) == ("bound", ["fold"])
+    assert path.special[0].p[0] == pytest.approx(3 * (miss / 2) ** (2 / 3), rel=1e-6)
 
 
 def test_a_pitchfork_is_found_on_either_branch_and_switched_at():
@@ -197,12 +258,12 @@ def test_branches_that_miss_each_other_have_no_branch_point():
     assert path.end == "bound"
     assert kinds(path) == []
     assert path.u[-1, 0] == pytest.approx(1.0, abs=1e-5)
-    assert (
-        refine_branch_point(
-            lambda z: apart.residual(z[:1], z[1:]), np.array([1e-3, 0.0]), np.ones(2)
-        )
-        is None
+    # mu says by how much they miss each other, in units of the equations.
+    found = refine_branch_point(
+        lambda z: apart.residual(z[:1], z[1:]), np.array([1e-3, 0.0]), np.ones(2)
     )
+    np.testing.assert_allclose(found[0], 0.0, atol=1e-12)
+    assert abs(found[1]) == pytest.approx(1e-6, rel=1e-9)
     with pytest.raises(vi.ParameterError, match="branch point"):
         switch(apart, path.points[0])
 

@@ -10,7 +10,7 @@ from typing import Any
 from .._core import Leg, Regime, StopLeg
 from ..continuation.names import PathEnd
 from ..errors import ParameterError
-from ..orbits import Branch, NotFound, PeriodicMotion, follow_motion, search_motions
+from ..orbits import Bifurcation, Branch, NotFound, PeriodicMotion, follow_motion, search_motions
 from ..orbits.branch import AT_IMPACTS
 from ..orbits.ranges import range_around
 from ..orbits.structure_piece import AT_STOPS
@@ -42,7 +42,11 @@ Of a structure the motion settled on, and followed.
 MORE = f"""\
 printed, one row per motion: its label, the state just before its first
 impact, the largest |multiplier|, and the verdict; of a search the part of the
-starts that end on it, of a branch its bifurcations.
+starts that end on it. Of a branch its bifurcations, one per row, with
+  goes on as       at a border (a graze, the edge of a regime, ...): the events
+                   of the motion beyond it, in order; empty where the events
+                   stay the same, and where the branch ends
+and the two ends of the branch, each with the reason if it ends early.
 
 columns of the CSV, one row per motion:
 {table.COLUMNS}
@@ -295,18 +299,24 @@ def _write_branch(options: argparse.Namespace, branch: Branch, drawn: dict[str, 
     stream = outputs.summary_stream(options)
     heads = ["bifurcation", branch.parameter, "motion", "goes on as"]
     printed = [
-        [found.kind, repr(found.value), found.motion.label, _legs(found.goes_on)]
+        [_kind(found), repr(found.value), found.motion.label, _legs(found.goes_on)]
         for found in branch.bifurcations
     ]
     outputs.print_table([heads, *printed], stream)
+    if any(found.goes_on for found in branch.bifurcations):
+        print("goes on as: the events of the motion beyond a border, in order", file=stream)
     labels = ", ".join(dict.fromkeys(piece.label for piece in branch.pieces))
     print(f"motions {labels}; {len(branch.values)} points", file=stream)
-    ends = (
-        f"{end} ({why})" if why else str(end)
-        for end, why in zip(branch.ends, branch.why_not, strict=True)
-    )
-    print(f"ends: {'; '.join(ends)}", file=stream)
+    print(f"ends: {'; '.join(branch.ends)}", file=stream)
+    for place, why in zip(("first", "last"), branch.why_not, strict=True):
+        if why:
+            print(f"{place} end: {why}", file=stream)
     write.end()
+
+
+def _kind(found: Bifurcation) -> str:
+    """Name the kind, of a branch point also how the branches cross."""
+    return f"{found.kind} ({found.branching})" if found.branching else found.kind
 
 
 def _legs(legs: Iterable[Leg | StopLeg]) -> str:

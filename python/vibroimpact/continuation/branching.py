@@ -5,8 +5,10 @@ system (G. Moore, Numer. Funct. Anal. Optim. 2 (1980) 441-472)
 
     F(z) + mu psi = 0,    J(z)^T psi = 0,    psi . psi = 1
 
-in (z, psi, mu) is regular, and mu = 0 at a branch point. Its derivative takes second derivatives
-of F, from central differences of J; they only serve Newton's matrix, the solution is exact. With
+in (z, psi, mu) is regular, and mu = 0 at a branch point. If mu is not 0 there is none: the two
+curves miss each other, by a distance that grows with mu (an imperfect bifurcation). The derivative
+takes second derivatives of F, from central differences of J; they only serve Newton's matrix, the
+solution is exact. With
 phi_1, phi_2 the null vectors of J, the directions alpha phi_1 + beta phi_2 of the two branches
 solve (H. B. Keller 1977)
 
@@ -25,15 +27,20 @@ Residual = Callable[[Array], tuple[Array, Array]]
 # and of rounding over the step, are then equal, about eps^(2/3) = 4e-11. Newton's method works with
 # a thousand times larger errors, so that a test may have noise well above rounding.
 DIFFERENCE = np.finfo(float).eps ** (1.0 / 3.0)
-# |mu| above this means that the branches miss each other.
-_MISS = 1e-10
+# |mu| above this means that the branches miss each other: rounding of F makes less.
+MISS = 1e-10
 # Singular values of J in units of the sizes below which they are zero; rows are not balanced, since
 # one of them may vanish.
 _ZERO = 1e-6
+# A component of a direction below this is taken as none: the directions are good to about 1e-9.
+_FLAT = 1e-6
 
 
-def refine_branch_point(residual: Residual, z: Array, sizes: Array) -> Array | None:
-    """Return the branch point near z, to rounding, or None if there is none."""
+def refine_branch_point(residual: Residual, z: Array, sizes: Array) -> tuple[Array, float] | None:
+    """Return the zero near z of Moore's system, to rounding, and mu; None if none is found.
+
+    It is a branch point only if abs(mu) is at most ``MISS``.
+    """
     count = len(z) - 1
 
     def scaled(y: Array) -> tuple[Array, Array]:
@@ -64,10 +71,9 @@ def refine_branch_point(residual: Residual, z: Array, sizes: Array) -> Array | N
     solution, _, report = newton(
         system, start, np.ones(len(start)), max_iterations=20, damped=False
     )
-    if not report.converged or abs(solution[-1]) > _MISS:
+    if not report.converged:
         return None
-    refined: Array = solution[: count + 1] * sizes
-    return refined
+    return solution[: count + 1] * sizes, float(solution[-1])
 
 
 def directions(
@@ -75,7 +81,8 @@ def directions(
 ) -> tuple[Array, Array] | None:
     """Return the tangents of the two branches at the branch point z, that nearer ``known`` first.
 
-    They have length 1 in units of ``sizes``, and the first goes the way of ``known``. None means
+    They have length 1 in units of ``sizes``. The first goes the way of ``known``, the second the
+    one on which the last unknown grows, or if that stays the first of the large ones. None means
     that z is not a simple branch point where two branches cross.
     """
     left, values, right = np.linalg.svd(residual(z)[1] * sizes)
@@ -106,5 +113,8 @@ def directions(
     cosines = [float(line @ (known / sizes)) for line in lines]
     nearer = int(abs(cosines[1]) > abs(cosines[0]))
     first, second = lines[nearer], lines[1 - nearer]
-    unit = sizes / np.sqrt(high - low)
-    return first * np.copysign(1.0, cosines[nearer]) * unit, second * unit
+    first, second = (line / np.sqrt(high - low) for line in (first, second))
+    parts = np.abs(second)
+    leading = -1 if parts[-1] > _FLAT else int(np.argmax(parts > 0.5 * parts.max()))
+    first, second = first * np.copysign(1.0, cosines[nearer]), second * np.sign(second[leading])
+    return first * sizes, second * sizes

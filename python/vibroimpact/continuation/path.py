@@ -63,6 +63,8 @@ class SpecialPoint(Point):
         The arclengths between which it changes sign.
     continuous
         False where the test jumps across zero, or passes infinity.
+    other
+        At a simple branch point the direction of the other branch, as ``tangent``; elsewhere None.
     """
 
     kind: str
@@ -70,6 +72,7 @@ class SpecialPoint(Point):
     value: float
     bracket: tuple[float, float]
     continuous: bool
+    other: Array | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

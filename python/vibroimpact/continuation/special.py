@@ -6,13 +6,14 @@ until rounding stops it. See ``follow``.
 
 import math
 from collections.abc import Callable, Collection, Hashable
-from dataclasses import replace
+from dataclasses import fields, replace
+from itertools import pairwise
 
 import numpy as np
 
-from .branching import directions, refine_branch_point
+from .branching import MISS, directions, refine_branch_point
 from .names import TURNING_POINTS, OwnTest, PathEnd
-from .newton import NewtonReport
+from .newton import Array, NewtonReport
 from .path import Limits, Point, SpecialPoint
 from .step import RESOLUTION, SAME_POINT, Rejected, Step, bracket
 
@@ -24,6 +25,10 @@ _BRANCH_POINT_RESOLUTION = 1e-6
 _SAME_EVENT = 1e-4
 # Events nearer to each other than this part of the step are at one place.
 _SAME_PLACE = 1e-7
+# Tests are compared this part of the way to a point at which a path stops before it. A multiplier
+# that passes infinity there, as the inverse of the distance or of its square, is large, but the
+# others have digits left beside it.
+_BESIDE_STOP = 1e-3
 # Where the bracket is shorter than this part of the step, a trial that fails ends the location; the
 # step is not repeated.
 SMALL_BRACKET = 1e-3
@@ -43,34 +48,29 @@ def _is_fold(test: Hashable) -> bool:
     return isinstance(test, OwnTest) and test in (OwnTest.FOLD, *TURNING_POINTS)
 
 
-def _locate(step: Step, name: Hashable, end: Point) -> SpecialPoint | None:
-    """Return the zero of a test between the origin of a step and ``end``, if it changes sign."""
+def _locate(
+    step: Step, name: Hashable, low: Point, high: Point, crossings: Collection[float]
+) -> SpecialPoint | None:
+    """Return the zero of a test between two points of a step, if it changes sign."""
     value = _test(name)
-    length = step.s(end.z)
-    before, after = step.origin.tests.get(name, 0.0), end.tests.get(name, math.nan)
-    if before == 0.0 or math.isnan(after) or before * np.sign(after) > 0.0:
+    before, after = low.tests.get(name, 0.0), high.tests.get(name, math.nan)
+    if not _changes(before, after):
         return None
     if _is_fold(name) and max(abs(before), abs(after)) < SAME_POINT:
         return None  # along this curve the parameter is constant within rounding
-    singular = name is OwnTest.BRANCH_POINT
-    if singular and abs(before) < _BRANCH_POINT_RESOLUTION * abs(after):
-        # Within rounding this is the origin itself: every trial next to it would fail.
-        best = other = step.origin
-    else:
-        best, other = bracket(
-            step,
-            value,
-            step.origin,
-            end,
-            resolution=_BRANCH_POINT_RESOLUTION * length if singular else RESOLUTION,
-            give_up=SMALL_BRACKET * length,
-        )
+    best, other = bracket(
+        step,
+        value,
+        low,
+        high,
+        resolution=RESOLUTION,
+        give_up=SMALL_BRACKET * (step.s(high.z) - step.s(low.z)),
+        crossings=crossings,
+    )
     jump = abs(best.tests[name] - other.tests[name])
     # An accepted point where the test is exactly zero is the event.
-    found = best is end and best.tests[name] == 0.0
-    low, high = sorted((best.arclength, best.arclength if found else other.arclength))
-    if singular:
-        best = _refined(step, best, end)
+    found = best is high and best.tests[name] == 0.0
+    below, above = sorted((best.arclength, best.arclength if found else other.arclength))
     return SpecialPoint(
         **vars(best),
         kind=name.kind
@@ -78,35 +78,155 @@ def _locate(step: Step, name: Hashable, end: Point) -> SpecialPoint | None:
         else step.curve.classify(name, best.z, best.jacobian),
         test=name,
         value=best.tests[name],
-        bracket=(low, high),
+        bracket=(below, above),
         # A continuous test has become smaller with its bracket.
         continuous=found or jump < 0.1 * abs(before - after),
     )
 
 
-def _refined(step: Step, rough: Point, end: Point) -> Point:
-    """Return the branch point at ``rough``, or that itself if it cannot be made better."""
+def _changes(before: float, after: float) -> bool:
+    """Whether a test changes its sign; a zero at the first point does not count."""
+    return before != 0.0 and not math.isnan(after) and not before * np.sign(after) > 0.0
+
+
+def _branch_point(step: Step, end: Point) -> SpecialPoint | None:
+    """Return the branch point between the origin of a step and ``end``, if there is one.
+
+    Newton's matrix on the curve is singular there, so that solutions beside it cannot be asked for.
+    The test is linear about its zero, and from there Moore's system is solved. Only if this fails
+    is the zero bracketed first, as far as that goes.
+
+    Raises
+    ------
+    Rejected
+        If two curves miss each other there: the step has jumped from one to the other.
+    """
+    name = OwnTest.BRANCH_POINT
+    origin, length = step.origin, step.s(end.z)
+    before, after = origin.tests.get(name, 0.0), end.tests.get(name, math.nan)
+    if not _changes(before, after):
+        return None
+    best = other = origin
+    # Within rounding of the origin it is that itself.
+    if abs(before) >= _BRANCH_POINT_RESOLUTION * abs(after):
+        guess = step.interpolated((0.0, length), origin, end, length * before / (before - after))
+        z = _refined(step, guess, end)
+        if z is not None and 0.0 <= step.s(z) <= length:
+            return _crossing(step, z, end, (origin, end))
+        best, other = bracket(
+            step,
+            _test(name),
+            origin,
+            end,
+            resolution=_BRANCH_POINT_RESOLUTION * length,
+            give_up=SMALL_BRACKET * length,
+            crossings=(0.0,),
+        )
+    z = _refined(step, best.z, end)
+    if z is not None and np.linalg.norm((z - best.z) / step.sizes) <= SMALL_BRACKET * length:
+        return _crossing(step, z, end, (best, other))
+    return _special(best, (best, other), abs(before - after), None)
+
+
+def _refined(step: Step, rough: Array, end: Point) -> Array | None:
+    """Return the branch point of this curve near ``rough``, None if it is not found."""
+    found = refine_branch_point(step.curve.residual, rough, step.sizes)
+    if found is None:
+        return None
+    z, mu = found
+    ends = (0.0, step.s(end.z))
+    if not step.beside(z, step.interpolated(ends, step.origin, end, step.s(z)), ends):
+        return None
+    if abs(mu) > MISS:
+        raise Rejected(PathEnd.NO_CONVERGENCE, f"two curves miss each other by mu = {mu:.2g}")
+    return z
+
+
+def _crossing(step: Step, z: Array, end: Point, ends: tuple[Point, Point]) -> SpecialPoint:
+    """Return the branch point at z."""
     residual, sizes = step.curve.residual, step.sizes
-    z = refine_branch_point(residual, rough.z, sizes)
-    length = step.s(end.z)
-    if z is None or np.linalg.norm((z - rough.z) / sizes) > SMALL_BRACKET * length:
-        return rough
     # Newton's matrix gives no tangent here. That of the branch is near those of the step's ends.
-    part = step.s(z) / length
+    part = step.s(z) / step.s(end.z)
     tangent = (1.0 - part) * step.origin.tangent + part * end.tangent
-    if (lines := directions(residual, z, tangent, sizes)) is not None:
-        tangent = lines[0]
-    tangent = tangent / sizes
+    lines = directions(residual, z, tangent, sizes)
+    unit = (tangent if lines is None else lines[0]) / sizes
     value, jacobian = residual(z)
-    report = NewtonReport("converged", rough.iterations, float(np.abs(value).max()), ())
-    return step.point(z, jacobian, tangent / np.linalg.norm(tangent), report)
+    report = NewtonReport("converged", step.origin.iterations, float(np.abs(value).max()), ())
+    point = step.point(z, jacobian, unit / np.linalg.norm(unit), report)
+    name = OwnTest.BRANCH_POINT
+    change = abs(step.origin.tests[name] - end.tests[name])
+    return _special(point, ends, change, None if lines is None else lines[1])
 
 
-def located(step: Step, end: Point, first: Collection[str]) -> list[SpecialPoint]:
-    """Return the special points between the origin of a step and ``end``, in order."""
-    # Sorted, so that the order does not depend on hashes.
-    names = sorted(end.tests.keys() & step.origin.tests.keys(), key=str)
-    found = [point for name in names if (point := _locate(step, name, end)) is not None]
+def _special(
+    point: Point, ends: tuple[Point, Point], change: float, other: Array | None
+) -> SpecialPoint:
+    name = OwnTest.BRANCH_POINT
+    low, high = sorted(end.arclength for end in ends)
+    return SpecialPoint(
+        **vars(point),
+        kind=name.kind,
+        test=name,
+        value=point.tests[name],
+        bracket=(low, high),
+        continuous=abs(point.tests[name]) < 0.1 * change,
+        other=other,
+    )
+
+
+def located(
+    step: Step, end: Point, first: Collection[str], stop_at: Collection[str]
+) -> list[SpecialPoint]:
+    """Return the special points between the origin of a step and ``end``, in order.
+
+    A test may jump where the path stops, or pass infinity: at a graze a multiplier does. It then
+    has the same sign at both ends of the step although it vanished before, so that tests are also
+    compared just before such a point.
+    """
+    crossing = _branch_point(step, end)
+    found = [] if crossing is None else [crossing]
+    # The origin may be a branch point, too: a path may begin there.
+    crossings = [0.0, *(step.s(point.z) for point in found)]
+    stations = [step.origin, end]
+    if crossing is not None and SAME_POINT < crossings[1] < step.s(end.z) - SAME_POINT:
+        as_point = {each.name: getattr(crossing, each.name) for each in fields(Point)}
+        stations.insert(1, Point(**as_point))
+    while True:
+        known = {point.test for point in found if point.arclength <= stations[-1].arclength}
+        # Sorted, so that the order does not depend on hashes.
+        names = sorted(end.tests.keys() & step.origin.tests.keys(), key=str)
+        for name in names:
+            if name is OwnTest.BRANCH_POINT or name in known:
+                continue
+            with_test = [point for point in stations if name in point.tests]
+            for low, high in pairwise(with_test):
+                if (point := _locate(step, name, low, high, crossings)) is not None:
+                    found.append(point)
+        found = _in_order(step, end, found, first)
+        before = _before_stop(step, found, stations[-1], stop_at)
+        if before is None:
+            return found
+        stations = [*(point for point in stations if point.arclength < before.arclength), before]
+
+
+def _before_stop(
+    step: Step, found: list[SpecialPoint], last: Point, stop_at: Collection[str]
+) -> Point | None:
+    """Return a point just before that at which a path stops, None if ``last`` is one."""
+    stop = next((point for point in found if point.kind in stop_at), None)
+    s = 0.0 if stop is None else step.s(stop.z)
+    if stop is None or s * _BESIDE_STOP <= SAME_POINT or stop.arclength > last.arclength:
+        return None
+    try:
+        return step.between((0.0, s), step.origin, stop, (1.0 - _BESIDE_STOP) * s)
+    except Rejected:
+        return None
+
+
+def _in_order(
+    step: Step, end: Point, found: list[SpecialPoint], first: Collection[str]
+) -> list[SpecialPoint]:
+    """Return special points in order, without folds that are another point of the curve."""
     near = _SAME_EVENT * step.s(end.z)
     meetings = (OwnTest.BRANCH_POINT, OwnTest.CUSP)
     turns = [point.arclength for point in found if point.test in meetings]

@@ -6,7 +6,7 @@ t . (z - z0)/w = s, w the sizes of the unknowns; its tangent t' solves J t' = 0,
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 
@@ -23,6 +23,9 @@ _MAX_TRIALS = 200
 # The end of a step may differ from the prediction of the tangents by this part of the allowed
 # angle.
 _MISFIT = 0.1
+# A solution between two points is on their curve if it is this near to the interpolated one, as
+# part of their distance.
+_BESIDE = 0.1
 # Two points nearer than this, in units of the sizes, are the same.
 SAME_POINT = 1e-8
 
@@ -57,11 +60,12 @@ class Step:
         """Return the solution at s."""
         return self._correct(self.tangent / self.sizes, self.predict(s), guess)
 
-    def between(self, ends: tuple[float, float], first: Point, second: Point, s: float) -> Point:
-        """Return the solution at s between two at ``ends``, guessed by cubic Hermite interpolation.
+    def interpolated(
+        self, ends: tuple[float, float], first: Point, second: Point, s: float
+    ) -> Array:
+        """Return about where the curve between two of its points at ``ends`` is at s.
 
-        Near a branch point the other branch is a solution, too: the better the guess, the nearer
-        to it the location can go, and a point that is far from it is not taken.
+        It is the cubic in s with both points and their tangents (Hermite).
         """
         width = ends[1] - ends[0]
         x = (s - ends[0]) / width
@@ -69,17 +73,30 @@ class Step:
             width * point.tangent / float(self.tangent @ (point.tangent / self.sizes))
             for point in (first, second)
         ]
-        guess = (
+        guess: Array = (
             (1.0 + 2.0 * x) * (1.0 - x) ** 2 * first.z
             + x * (1.0 - x) ** 2 * slopes[0]
             + x**2 * (3.0 - 2.0 * x) * second.z
             + x**2 * (x - 1.0) * slopes[1]
         )
+        return guess
+
+    def between(self, ends: tuple[float, float], first: Point, second: Point, s: float) -> Point:
+        """Return the solution at s between two at ``ends``.
+
+        Near a branch point the other branch is a solution, too: the better the guess, the nearer
+        to it the location can go, and a point that is far from it is not taken.
+        """
+        guess = self.interpolated(ends, first, second, s)
         found = self.at(s, guess)
-        away = float(np.linalg.norm((found.z - guess) / self.sizes))
-        if away > 0.1 * abs(width) + SAME_POINT:
+        if not self.beside(found.z, guess, ends):
             raise Rejected(PathEnd.NO_CONVERGENCE, f"two solutions at s = {s:.3g}")
         return found
+
+    def beside(self, z: Array, guess: Array, ends: tuple[float, float]) -> bool:
+        """Whether z is near a guess from two points at ``ends``, for their distance."""
+        away = float(np.linalg.norm((z - guess) / self.sizes))
+        return away <= _BESIDE * abs(ends[1] - ends[0]) + SAME_POINT
 
     def where(self, index: int, value: float, guess: Array) -> Point:
         """Return the solution with z[index] = value, exactly."""
@@ -173,13 +190,14 @@ def bracket(
     *,
     resolution: float,
     give_up: float = 0.0,
+    crossings: Collection[float] = (),
 ) -> tuple[Point, Point]:
     """Return two solutions around a sign change of ``value``, the first nearer to it.
 
     T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149: inverse quadratic
     interpolation where the three last points allow it, else bisection. A trial that fails in a
-    bracket shorter than ``give_up``, or or at such a distance from the origin of the step, ends the
-    search: the origin may be a branch point, and near it the solution is not unique.
+    bracket shorter than ``give_up``, or at such a distance from one of ``crossings``, ends the
+    search: these are the arclengths of branch points, near which the solution is not unique.
     """
     # (s, value, point): b is the newest, a the other side of it, c the one before
     a, b = ((step.s(x.z), value(x), x) for x in (low, high))
@@ -199,7 +217,7 @@ def bracket(
             trial = step.between((b[0], a[0]), b[2], a[2], s)
             new = (s, value(trial), trial)
         except Rejected:
-            if min(width, s) <= give_up:
+            if min(width, *(abs(s - crossing) for crossing in crossings)) <= give_up:
                 break
             raise
         if (new[1] > 0.0) == (b[1] > 0.0):

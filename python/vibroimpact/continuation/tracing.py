@@ -205,7 +205,7 @@ def _take(step: Step, length: float, start: Point, limits: Limits, settings: Ste
     step.accept(end.point, settings.max_angle)
     if step.origin is not start and (home := closing(step, end.point, start)) is not None:
         end = _End(home, PathEnd.CLOSED)
-    found = located(step, end.point, settings.first)
+    found = located(step, end.point, settings.first, settings.stop_at)
     if (edge := leaving(step, [*found, end.point], limits)) is not None:
         end = _End(edge, PathEnd.BOUND)
         found = [event for event in found if event.arclength <= edge.arclength]

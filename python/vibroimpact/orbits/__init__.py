@@ -7,8 +7,9 @@ bifurcations and borders, borders in two parameters, manifolds of saddles.
 
 from .._core import Border, BorderKind, Condition, Leg, LegEnd, LegKind, StopCondition, StopLeg
 from ..continuation.names import PathEnd
+from .bifurcation import Bifurcation
 from .borders import bifurcation_curve
-from .branch import Bifurcation, Branch, Piece
+from .branch import Branch, Piece
 from .branches import follow_motion, switch_branch
 from .curve import BifurcationCurve, CodimensionTwo
 from .found import MotionSearch, NotFound

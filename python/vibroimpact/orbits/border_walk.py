@@ -11,8 +11,8 @@ from ..continuation.follow import follow
 from ..continuation.names import OwnTest, PathEnd
 from ..continuation.path import Path, SpecialPoint, path_so_far
 from ..made import value_of, varied
+from .bifurcation import Bifurcation
 from .borders import CurveSteps, codimension_two, curve_of, curve_problem, follow_way
-from .branch import Bifurcation
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .doubling import doubled, doubling_near, halving

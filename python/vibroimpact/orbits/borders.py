@@ -25,7 +25,7 @@ from ..interruption import interruptible
 from ..keyword_types import Ranges, completing
 from ..made import Maker, made_from, value_of
 from ..scales import Units
-from .branch import Bifurcation
+from .bifurcation import Bifurcation
 from .call_types import CurveCall
 from .curve import BifurcationCurve, CodimensionTwo
 from .curve_problem import RESONANCES, ROUNDING, CurveProblem

@@ -1,4 +1,4 @@
-"""A branch of periodic motions over one parameter: its pieces and its located bifurcations."""
+"""A branch of periodic motions over one parameter, and its pieces."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import Leg, LegKind, StopLeg
+from .._core import Leg, LegKind
 from ..arguments import close_to, number, reject
 from ..interruption import interruptible
 from ..made import varied
@@ -20,7 +20,8 @@ from ..showing import Facts, Shown
 from ..system import System
 from ..tables import frame
 from ..verbs import verb
-from .kinds import BifurcationKind, BranchEnd, Test
+from .bifurcation import Bifurcation
+from .kinds import BifurcationKind, BranchEnd
 from .motion import NEUTRAL, PeriodicMotion
 
 if TYPE_CHECKING:
@@ -32,78 +33,6 @@ Array = NDArray[np.float64]
 # What `Piece.at_impacts` and `Piece.at_sections` know.
 AT_IMPACTS = ("x1", "v1", "v2", "phase", "approach_velocity")
 AT_SECTIONS = ("x1", "v1", "x2", "v2")
-
-
-@interruptible
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Bifurcation(Shown):
-    """A located bifurcation of a periodic motion.
-
-    Attributes
-    ----------
-    kind
-        ``saddle_node``, ``period_doubling``, ``neimark_sacker``, ``neutral_saddle`` (no
-        bifurcation), ``branch_point``, or a border: ``grazing``, ``regime_border``,
-        ``chatter_onset``, ``contact_border``.
-    parameter, value
-        Name and value of the parameter.
-    motion
-        The motion there: a PeriodicMotion, of a structure a StructureOrbit.
-    test, test_value
-        The function that vanishes there, and its remaining value.
-    goes_on
-        At a border: the legs beyond it, ``()`` where the branch ends.
-
-    Examples
-    --------
-    >>> import vibroimpact as vi
-    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
-    ...                    drive_frequency=1.8, moment_amplitude=1)
-    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
-    >>> found = motion.follow(drive_frequency=(1.5, 1.9)).bifurcations[0]
-    >>> str(found.kind), found.parameter, round(found.value, 3)
-    ('period_doubling', 'drive_frequency', 1.511)
-    """
-
-    kind: BifurcationKind
-    parameter: str
-    value: float
-    motion: Any
-    test: Test
-    test_value: float
-    goes_on: tuple[Leg, ...] | tuple[StopLeg, ...] = ()
-
-    def plot(self, **options: Any) -> list[Axes]:
-        """Draw the motion there, by ``vi.plot.orbit``.
-
-        Parameters
-        ----------
-        **options
-            As in ``vi.plot.orbit``.
-
-        Returns
-        -------
-        list of matplotlib.axes.Axes
-
-        Examples
-        --------
-        >>> len(found.plot())
-        3
-        """
-        axes: list[Axes] = verb("draw")(self, **options)
-        return axes
-
-    def _facts(self) -> Facts:
-        return {
-            "kind": str(self.kind),
-            self.parameter: f"{self.value:.12g}",
-            "motion": self.motion.label,
-            "multipliers": ", ".join(f"{value:.6g}" for value in self.motion.multipliers),
-        }
-
-    def __repr__(self) -> str:
-        """Kind, place and motion."""
-        return f"<{self.kind} of {self.motion.label} at {self.parameter} = {self.value:.12g}>"
 
 
 @interruptible
@@ -273,7 +202,8 @@ class Branch(Shown):
         does not pass, ``points``, ``closed``, ``start``, ``no convergence``, ``outside domain``,
         ``interrupted``, or ``refused``: a simulation does not confirm the next point.
     why_not
-        For each end that is ``refused``: the reason of the simulation; else ``""``.
+        For each end: why the branch does not go on, and what leads on; ``""`` at a bound of the
+        range, at a start, and for a closed branch.
 
     Examples
     --------

@@ -18,8 +18,9 @@ from ..made import MadeStructure, MadeSystem
 from ..structure import Structure
 from ..structure_motion import StructureOrbit
 from ..system import System
-from .branch import Bifurcation, Branch, Piece
-from .kinds import BifurcationKind, BranchEnd, Test
+from .bifurcation import Bifurcation
+from .branch import Branch, Piece
+from .kinds import BifurcationKind, BranchEnd, Branching, Test
 from .machines import motion_of
 from .motion import PeriodicMotion
 from .structure_piece import StructurePiece
@@ -64,6 +65,8 @@ def write_branch(path: str | os.PathLike[str], branch: Branch) -> None:
         }
     for number, found in enumerate(branch.bifurcations):
         arrays[f"found_{number}_nodes"] = found.motion.nodes
+        if found.other is not None:
+            arrays[f"found_{number}_other"] = found.other
     systems: list[Any] = [piece.system for piece in branch.pieces]
     of_structures = any(isinstance(system, Structure) for system in systems)
     metadata = {
@@ -80,6 +83,7 @@ def write_branch(path: str | os.PathLike[str], branch: Branch) -> None:
                 "kind": str(found.kind),
                 "test": _named(found.test),
                 "goes_on": [str(leg) for leg in found.goes_on],
+                "branching": found.branching and str(found.branching),
                 "system": _fields(found.motion.system),
                 "legs": _legs(found.motion),
             }
@@ -129,6 +133,9 @@ def branch_from_parts(metadata: dict[str, Any], arrays: dict[str, NDArray[Any]])
             test=_meant(_TESTS, part["test"]),
             test_value=test_value,
             goes_on=tuple(machine.leg(leg) for leg in part["goes_on"]),
+            # Files of earlier versions do not have these two.
+            branching=Branching(part["branching"]) if part.get("branching") else None,
+            other=arrays.get(f"found_{number}_other"),
         )
         for number, (part, (value, test_value, error)) in enumerate(
             zip(metadata["bifurcations"], arrays["found_numbers"].tolist(), strict=True)

@@ -10,26 +10,23 @@ goes on it goes on with another sequence of legs: both sequences have the border
 from collections.abc import Callable
 from typing import Any, Unpack, overload
 
-import numpy as np
-
 from ..arguments import reject
-from ..continuation.names import PathEnd
-from ..errors import Interrupted
 from ..interruption import interruptible
 from ..keyword_types import Ranges, completing
 from ..made import made_from, value_of
 from ..scales import Units
 from ..structure_motion import StructureOrbit
-from .branch import Bifurcation, Branch
+from .bifurcation import Bifurcation
+from .branch import Branch
 from .call_types import FollowCall, SwitchCall
-from .following import Half, Settings, follow_half, joined
+from .following import Settings, check_ways, followed
 from .friction import need_friction, with_friction
 from .kinds import BifurcationKind
-from .machines import twice
 from .motion import PeriodicMotion
 from .ranges import MOTIONS, begin, one_range
 from .resegment import Crossing
 from .structure import need_impacts
+from .switching import crossing_start, doubled_start
 
 
 @overload
@@ -126,10 +123,7 @@ def follow_motion(
     motion, ranges = begin(motion, system, parameter, units)
     name, bounds = one_range(motion.system, ranges)
     settings = Settings.checked(name, bounds, step, max_step, max_points, virtual)
-    if isinstance(direction, bool) or not isinstance(direction, int) or direction not in (1, -1):
-        reject("direction", direction, "1 or -1")
-    if not isinstance(both, bool):
-        reject("both", both, "True or False")
+    check_ways(both, direction)
     if isinstance(motion, StructureOrbit):
         need_impacts(motion, name)
     value = value_of(motion.system, name)
@@ -140,16 +134,7 @@ def follow_motion(
         if name == "friction" and made_from(motion.system, [name]) is None:
             itinerary, nodes, value = with_friction(motion.system, itinerary, nodes)
     start = Crossing(itinerary=itinerary, u=nodes.ravel().copy(), p=value, tangent=None)
-    ways = (-1, 1) if both else (direction,)
-    halves: list[Half] = []
-    for way in ways:
-        half = follow_half(motion.system, start, way, settings)
-        halves.append(half)
-        if half.end is PathEnd.INTERRUPTED:
-            raise Interrupted("interrupted along a branch", joined(name, halves, both))
-        if half.end is PathEnd.CLOSED:
-            break
-    return joined(name, halves, both)
+    return followed(motion.system, start, (-1, 1) if both else (direction,), settings)
 
 
 @overload
@@ -175,21 +160,32 @@ def switch_branch(
     *,
     system: Callable[..., Any] | None = None,
     units: Units | None = None,
+    both: bool = True,
+    direction: int = 1,
     step: float | None = None,
     max_step: float = 0.05,
     max_points: int = 2000,
     **parameter: tuple[float, ...],
 ) -> Branch:
-    """Follow the branch of doubled motions that begins at a period doubling.
+    """Follow the other branch that meets a branch at a period doubling or at a branch point.
+
+    At a period doubling it is the branch of doubled motions, which begins there. At a branch point
+    it is the one that crosses: of a pitchfork the two sides on which a symmetry is lost, of which
+    one is the mirror image of the other.
 
     Parameters
     ----------
     bifurcation
-        A ``period_doubling`` of a branch.
+        A ``period_doubling`` or a ``branch_point`` of a branch.
     system
         A function that makes the system, as in ``follow_motion``.
     units
         ``"SI"``: ranges are in SI, as in ``follow_motion``.
+    both
+        From a branch point follow the other branch both ways. From a period doubling there is one
+        way: the other one has the same motions, with exchanged halves.
+    direction
+        If not ``both``, the way: 1 or -1.
     step
         First step, as in ``follow_motion``.
     max_step
@@ -203,12 +199,14 @@ def switch_branch(
     Returns
     -------
     Branch
-        Its first point is the bifurcation.
+        Its first point is the bifurcation; if it goes both ways from a branch point, that is among
+        its bifurcations.
 
     Raises
     ------
     ParameterError
-        For bad input, and if the bifurcation is no period doubling.
+        For bad input, if the bifurcation is of another kind, and for a branch point where not
+        exactly two branches over the parameter cross.
     Interrupted
         After Ctrl-C; ``.result`` is the branch so far.
 
@@ -224,18 +222,15 @@ def switch_branch(
     >>> {motion.m for motion in doubled.motions}
     {1, 2}
     """
-    wanted = BifurcationKind.PERIOD_DOUBLING
-    if not isinstance(bifurcation, Bifurcation) or bifurcation.kind is not wanted:
-        reject("bifurcation", bifurcation, f"a Bifurcation of the kind {wanted}")
+    wanted = (BifurcationKind.PERIOD_DOUBLING, BifurcationKind.BRANCH_POINT)
+    if not isinstance(bifurcation, Bifurcation) or bifurcation.kind not in wanted:
+        reject("bifurcation", bifurcation, f"a Bifurcation of the kind {' or '.join(wanted)}")
     bifurcation, ranges = begin(bifurcation, system, parameter, units)
     varies = bifurcation.motion.system
     name, bounds = one_range(varies, ranges)
     settings = Settings.checked(name, bounds, step, max_step, max_points)
-    itinerary, nodes, shift = twice(bifurcation.motion)
-    tangent = np.append(shift.ravel(), 0.0)
-    value = value_of(varies, name)
-    start = Crossing(itinerary=itinerary, u=nodes.ravel(), p=value, tangent=tangent)
-    half = follow_half(varies, start, 1, settings)
-    if half.end is PathEnd.INTERRUPTED:
-        raise Interrupted("interrupted along a branch", joined(name, [half], False))
-    return joined(name, [half], False)
+    check_ways(both, direction)
+    if bifurcation.kind is BifurcationKind.PERIOD_DOUBLING:
+        return followed(varies, doubled_start(bifurcation, name), (direction,), settings)
+    start, here = crossing_start(bifurcation, name, settings.size)
+    return followed(varies, start, (-1, 1) if both else (direction,), settings, here)

@@ -16,13 +16,13 @@ class SwitchCall(Steps, Ranges, total=False):
     """Keywords of ``switch_branch``."""
 
     step: float | None
+    both: bool
+    direction: int
 
 
 class FollowCall(SwitchCall, total=False):
     """Keywords of ``follow_motion``."""
 
-    both: bool
-    direction: int
     virtual: bool
 
 

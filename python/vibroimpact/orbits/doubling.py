@@ -8,7 +8,7 @@ from .._core import Leg
 from ..continuation.follow import follow
 from ..continuation.newton import OutsideDomain
 from ..continuation.path import Path
-from .branch import Bifurcation
+from .bifurcation import Bifurcation
 from .kinds import BifurcationKind
 from .motion import PeriodicMotion
 from .problem import OrbitProblem

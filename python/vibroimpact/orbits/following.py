@@ -8,6 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,13 @@ from ..continuation.follow import follow
 from ..continuation.names import PathEnd
 from ..continuation.newton import solve
 from ..continuation.path import Path, Point, SpecialPoint, path_so_far
+from ..errors import Interrupted
 from ..structure import Structure
 from ..system import System
-from .branch import Bifurcation, Branch, Piece
+from .bifurcation import Bifurcation
+from .branch import Branch, Piece
 from .doubling import MIN_STEP, doubling_near, halving
+from .endings import why_ended
 from .kinds import BORDERS, CONDITIONS, FIRST, BifurcationKind, BranchEnd
 from .machines import beyond, problem_of
 from .motion import same_orbit
@@ -105,7 +109,51 @@ class Half:
     pieces: list[Piece]
     bifurcations: list[Bifurcation]
     end: BranchEnd
-    why_not: str = ""
+    detail: str = ""
+
+    @property
+    def why_not(self) -> str:
+        """Why it does not go on, in a sentence."""
+        return why_ended(self.end, self.detail)
+
+
+def check_ways(both: Any, direction: Any) -> None:
+    """Check which ways a branch is followed."""
+    if isinstance(direction, bool) or not isinstance(direction, int) or direction not in (1, -1):
+        reject("direction", direction, "1 or -1")
+    if not isinstance(both, bool):
+        reject("both", both, "True or False")
+
+
+def followed(
+    system: System | Structure,
+    start: Crossing,
+    ways: Sequence[int],
+    settings: Settings,
+    here: Bifurcation | None = None,
+) -> Branch:
+    """Return the branch from its start one way or both, through the bifurcation there if any.
+
+    Raises
+    ------
+    Interrupted
+        After Ctrl-C; ``.result`` is the branch so far.
+    """
+    halves: list[Half] = []
+    both = len(ways) > 1
+    for way in ways:
+        half = follow_half(system, start, way, settings)
+        halves.append(half)
+        if half.end is PathEnd.INTERRUPTED:
+            branch = joined(settings.parameter, halves, both)
+            raise Interrupted("interrupted along a branch", branch)
+        if half.end is PathEnd.CLOSED:
+            # Its start is among its bifurcations if it is one.
+            break
+    else:
+        if both and here is not None:
+            halves[1].bifurcations.insert(0, here)
+    return joined(settings.parameter, halves, both)
 
 
 def follow_half(system: System | Structure, start: Crossing, way: int, settings: Settings) -> Half:
@@ -168,7 +216,7 @@ def _extend(
             # The last step may have passed a border without a sign change.
             path = replace(path, points=path.points[:-1], end=PathEnd.INTERRUPTED)
         left -= len(path.points)
-        half.end, half.why_not = end_of(path), ""
+        half.end, half.detail = end_of(path), path.detail
         halved = halving(problem, path)
         piece, good, reason = _piece(problem, path, halved, settings)
         if piece is None:
@@ -189,7 +237,7 @@ def _extend(
         if path.end is PathEnd.INTERRUPTED or reason is None:
             raise KeyboardInterrupt
         if reason:
-            half.end, half.why_not = PathEnd.REFUSED, reason
+            half.end, half.detail = PathEnd.REFUSED, reason
             failed = path.points[good].arclength - path.points[good - 1].arclength
             at = _again(problem, path.points[good - 1])
             finer = replace(settings, step=failed / _SHORTER, max_step=failed / _SHORTER)

@@ -34,6 +34,16 @@ class BifurcationKind(StrEnum):
         return cls.SADDLE_NODE if value == OwnTest.FOLD else None
 
 
+class Branching(StrEnum):
+    """How two branches cross at a branch point; equal to its name."""
+
+    # A motion that is its own mirror image, -q half a period later, loses that.
+    SYMMETRY_BREAKING = "symmetry-breaking pitchfork"
+    # On one of the branches the parameter has an extremum: as a rule a symmetry is lost there.
+    PITCHFORK = "pitchfork"
+    TRANSCRITICAL = "transcritical"
+
+
 # The borders: beyond them the motion has other legs.
 BORDERS = frozenset(BifurcationKind(kind.value) for kind in BorderKind)
 # Where u of an impact vanishes, its other tests may vanish as well: that is a grazing.

@@ -10,13 +10,11 @@ import numpy as np
 
 from .._core import Border, Regime, StopCondition, StopLeg, StructureItinerary
 from ..arguments import count, number, pair, reject
-from ..continuation.names import PathEnd
-from ..errors import Interrupted
 from ..interruption import interruptible
 from ..made import MadeStructure
 from ..structure import Structure
 from .branch import Branch
-from .following import Settings, follow_half, joined
+from .following import Settings, followed
 from .resegment import oriented
 from .undriven import UndrivenProblem, is_undriven
 
@@ -112,11 +110,7 @@ def nonsmooth_mode(
     start = oriented(problem, np.array([begin]), legs, node, grows)
     if start is None:
         reject("mode", mode, "a mode from which a branch of motions with impacts leaves")
-    half = follow_half(made, start, 1, settings)
-    branch = joined("period", [half], False)
-    if half.end is PathEnd.INTERRUPTED:
-        raise Interrupted("interrupted along a branch", branch)
-    return branch
+    return followed(made, start, (1,), settings)
 
 
 def _with_period(structure: Structure, period: float) -> Structure:

@@ -23,7 +23,7 @@ from ..stop import OF_STOPS, is_of_stops
 from ..structure import Structure
 from ..structure_motion import StructureOrbit
 from ..system import System
-from .branch import Bifurcation
+from .bifurcation import Bifurcation
 from .curve import CodimensionTwo
 from .motion import PeriodicMotion
 

@@ -12,7 +12,7 @@ from ..arguments import array_of, as_floats, number, reject
 from ..interruption import interruptible
 from ..showing import Facts, Shown
 from ..verbs import verb
-from .branch import Bifurcation
+from .bifurcation import Bifurcation
 from .curve import BifurcationCurve
 from .motion import PeriodicMotion
 from .ranges import Bounds

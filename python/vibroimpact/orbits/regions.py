@@ -26,9 +26,9 @@ from ..interruption import interruptible
 from ..keyword_types import Ranges, completing
 from ..made import Maker
 from ..scales import Units
+from .bifurcation import Bifurcation
 from .border_walk import Walk
 from .borders import CurveSteps
-from .branch import Bifurcation
 from .call_types import CurveCall
 from .curve import BifurcationCurve
 from .kinds import BifurcationKind

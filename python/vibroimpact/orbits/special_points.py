@@ -1,10 +1,30 @@
-"""Special points and ends of a path of solutions, as users see them."""
+"""Special points and ends of a path of solutions, as users see them.
+
+At a simple branch point two branches cross (H. B. Keller 1977, `continuation.branching`). Where the
+parameter has an extremum along one of them it is a pitchfork, else transcritical. A pitchfork is
+what is left of a symmetry: in general two branches would miss each other (M. Golubitsky and D. G.
+Schaeffer, Singularities and Groups in Bifurcation Theory I, Springer 1985, chapter VI). Of driven
+systems with equal stops on both sides that symmetry is q(t + T/2) -> -q(t).
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .._core import Leg, StopLeg
 from ..continuation.path import Path, SpecialPoint
-from .branch import Bifurcation
-from .kinds import BifurcationKind, BranchEnd
+from .bifurcation import Bifurcation
+from .kinds import BifurcationKind, BranchEnd, Branching
 from .problem import OrbitProblem
+
+# The parameter has an extremum along one of two branches if it changes this much less than along
+# the other. Directions come from central differences and are good to about 1e-9.
+_FLAT = 1e-6
+# A motion is its own mirror image if half a period later each coordinate has changed its sign, to
+# this part of the largest one, at so many times.
+_MIRRORED = 1e-8
+_TIMES = 16
 
 
 def bifurcation_at(
@@ -13,15 +33,43 @@ def bifurcation_at(
     goes_on: tuple[Leg, ...] | tuple[StopLeg, ...] = (),
 ) -> Bifurcation:
     """Return a special point of a path as users see it."""
+    motion = problem.motion(special.u, special.p)
+    other = special.other
+    if other is not None:
+        other.flags.writeable = False
     return Bifurcation(
         kind=BifurcationKind(special.kind),
         parameter=problem.parameters[0],
         value=float(special.p[0]),
-        motion=problem.motion(special.u, special.p),
+        motion=motion,
         test=special.test,
         test_value=special.value,
         goes_on=goes_on,
+        branching=None if other is None else _branching(special.tangent, other, motion),
+        other=other,
     )
+
+
+def _branching(tangent: NDArray[np.float64], other: NDArray[np.float64], motion: Any) -> Branching:
+    """Return how two branches with these directions cross."""
+    low, high = sorted((abs(float(tangent[-1])), abs(float(other[-1]))))
+    if low > _FLAT * high:
+        return Branching.TRANSCRITICAL
+    return Branching.SYMMETRY_BREAKING if own_mirror_image(motion) else Branching.PITCHFORK
+
+
+def own_mirror_image(motion: Any) -> bool:
+    """Whether q(t + T/2) = -q(t) for all coordinates of a motion with the period T."""
+    half = 0.5 * motion.m * motion.system.drive_period
+    times = np.linspace(0.0, half, _TIMES)
+    # Coordinates are continuous: an impact at one of the times does no harm.
+    now, later = (_coordinates(motion.trajectory(at)) for at in (times, times + half))
+    return bool(np.abs(now + later).max() <= _MIRRORED * np.abs(now).max())
+
+
+def _coordinates(states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the coordinates of states, in rows: x1, v1, x2, v2, or q above v."""
+    return states[:, 0] if states.ndim == 3 else states[:, ::2]
 
 
 def end_of(path: Path) -> BranchEnd:

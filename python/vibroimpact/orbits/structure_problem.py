@@ -16,7 +16,7 @@ from .. import _core
 from .._core import LegKind
 from ..continuation.newton import OutsideDomain
 from ..errors import ParameterError
-from ..made import MadeStructure
+from ..made import MadeStructure, scale_of
 from ..run_parts import read_only
 from ..structure import Structure
 from ..structure_motion import StructureOrbit
@@ -63,7 +63,7 @@ class StructureProblem(OrbitProblem):
     def _by_number(self, system: MadeStructure, name: str, rows: Array, here: Array) -> Array:
         """Return the derivative of the residual by a number of the function at fixed nodes."""
         number, size = system._numbers[name], system._sizes[name]
-        step = _STEP * (min(abs(number), size) or size)
+        step = _STEP * scale_of(number, size)
 
         def at(steps: float) -> Array:
             structure = system.at({name: number + steps * step})

@@ -2,7 +2,9 @@
 
 As in `resegment`: a flight that touches a stop there has an impact with u = 0 in the other order,
 and the other way round; an impact at the edge of its regime is one of the neighbouring regime too.
-In symmetric motions several touches come together: they all change.
+In symmetric motions several touches come together: they all change. Where a motion meets one that
+is more symmetric, or shorter, at its graze, impacts with u = 0 come together with touches, and four
+branches meet. From there the branch goes on without these impacts, whichever test was first.
 """
 
 from __future__ import annotations
@@ -13,7 +15,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Border, LegKind, Regime, StopCondition, StopLeg, StructureItinerary
+from .._core import (
+    Border,
+    BorderKind,
+    LegKind,
+    Regime,
+    StopCondition,
+    StopLeg,
+    StructureItinerary,
+)
 from ..continuation.newton import OutsideDomain
 from ..continuation.path import SpecialPoint
 from ..structure import Structure
@@ -32,10 +42,9 @@ def beyond(problem: StructureProblem, border: SpecialPoint) -> Crossing | None:
     """Return how a branch goes on beyond a border, None if it ends there."""
     test: StopCondition = border.test
     try:
-        if test.border is Border.FLIGHT:
-            found = _struck(problem, border, test)
-        elif test.border is Border.APPROACH_VELOCITY:
-            found = _spared(problem, border, test)
+        if test.kind is BorderKind.GRAZING:
+            spared = _spared_with(problem, border, test)
+            found = _spared(problem, border, spared) if spared else _struck(problem, border, test)
         else:
             found = _other_regime(problem, border, test)
         return None if found is None else oriented(problem, border.p, *found)
@@ -47,6 +56,20 @@ def _tests(problem: StructureProblem, border: SpecialPoint) -> list[tuple[StopCo
     system: Structure = problem.system_at(border.p)
     itinerary: StructureItinerary = problem.itinerary
     return itinerary.tests(system._compiled, problem.rows(border.u))
+
+
+def _spared_with(
+    problem: StructureProblem, border: SpecialPoint, test: StopCondition
+) -> list[StopCondition]:
+    """The impacts with u = 0 at a graze, that of the test first."""
+    speed = max(1.0, float(np.abs(problem.rows(border.u)[:, :-1]).max()))
+    found = [
+        other
+        for other, value, _ in _tests(problem, border)
+        if other.border is Border.APPROACH_VELOCITY
+        and (other == test or abs(value) <= _SAME_SPEED * speed)
+    ]
+    return sorted(found, key=lambda other: other != test)
 
 
 def _struck(problem: StructureProblem, border: SpecialPoint, test: StopCondition) -> Any:
@@ -98,18 +121,12 @@ def _to_touch(system: Structure, stop: int, state: Array) -> StopLeg:
     return StopLeg.impact(stop, Regime.SLIP, 1 if slip > 0.0 else -1)
 
 
-def _spared(problem: StructureProblem, border: SpecialPoint, test: StopCondition) -> Any:
+def _spared(problem: StructureProblem, border: SpecialPoint, spared: list[StopCondition]) -> Any:
     """The impacts with u = 0 are left out."""
-    itinerary, rows = problem.itinerary, problem.rows(border.u)
+    itinerary, rows, test = problem.itinerary, problem.rows(border.u), spared[0]
     system: Structure = problem.system_at(border.p)
     legs, count = itinerary.legs, len(itinerary.legs)
-    speed = max(1.0, float(np.abs(rows[:, :-1]).max()))
-    out = {
-        other.leg
-        for other, value, _ in _tests(problem, border)
-        if other.border is Border.APPROACH_VELOCITY
-        and (other == test or abs(value) <= _SAME_SPEED * speed)
-    }
+    out = {each.leg for each in spared}
     if len(out) == count:
         if is_undriven(system):
             # The linear modes, which have a period of their own.
