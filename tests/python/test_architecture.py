@@ -124,6 +124,7 @@ RESULTS = [
     "structure_motion",
     "structure_run",
     "impact_results",
+    "orbits.bifurcation",
     "orbits.branch",
     "orbits.curve",
     "orbits.found",

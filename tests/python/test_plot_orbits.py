@@ -137,6 +137,9 @@ def test_both_stable_parts_of_the_closed_branch_are_solid(branches, ax):
 def test_every_bifurcation_has_its_own_mark(branches, ax, section):
     vi.plot.branches(branches, section=section, ax=ax)
     drawn = marks(ax)
+    pieces = [piece for branch in branches for piece in branch.pieces]
+    ends = np.array([(piece.values[end], x) for piece in pieces for end in (0, -1)
+                     for x in angles(piece, section)[end]])  # fmt: skip
     for kind in BIFURCATION_STYLES:
         wanted = [
             (found.value, x)
@@ -144,7 +147,15 @@ def test_every_bifurcation_has_its_own_mark(branches, ax, section):
             for found in branch.of_kind(kind)
             for x in angles(found, section)
         ]
-        assert [tuple(point) for point in drawn.get(kind, [])] == wanted
+        places = [tuple(point) for point in drawn.get(kind, [])]
+        assert [place for place in places if place in wanted] == wanted
+        # A graze also marks the impact that begins there, at the end of a piece.
+        more = set(places) - set(wanted)
+        assert len(places) == len(wanted) + len(more)
+        if (kind, section) != ("grazing", "impact"):
+            assert not more
+        for place in more:
+            assert np.abs(ends - place).max(axis=1).min() < 1e-12
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts[:2] == ["4-6, 4-5", "6-7, 6-8"]
     assert {"saddle-node", "grazing", "regime border", "Neimark-Sacker"} < set(texts)

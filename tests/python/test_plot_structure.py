@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 import vibroimpact as vi
 from struck import BEAM, MOVING, PRESSED, SETTLING, masses_run, moving_run, orbit, pressed_run
 from test_plot_motion import line
+from test_symmetric_motions import sides, symmetric
 from two_masses import structure
 from vibroimpact.plot.structure_history import closed_spans
 
@@ -282,3 +283,28 @@ def test_axes_and_coordinates_of_a_motion_are_checked():
         motion.plot(coordinates=1)
     with pytest.raises(vi.ParameterError, match="units = 'SI'"):
         motion.plot(units="SI")
+
+
+def test_a_single_branch_is_named_with_its_stability(ax):
+    vi.plot.branches(symmetric(), ax=ax)
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["1-0, 1-2, stable", "1-0, 1-2, unstable", "branch point", "grazing"]
+    colors = {handle.get_color() for handle in ax.get_legend().get_lines()[:2]}
+    assert len(colors) == 1
+
+
+def test_branch_points_and_all_grazes_are_marked_and_mirror_images_told_apart(ax):
+    drawn = [symmetric(), *sides(1)]
+    vi.plot.branches(drawn, ax=ax)
+    marks = {line.get_gid(): line.get_xydata() for line in ax.lines}
+    points = {point.value for point in symmetric().of_kind("branch_point")}
+    assert set(marks["branch_point"][:, 0]) == points
+    # Beyond the graze at 1.74 each side has a third impact, which begins without velocity.
+    graze = sides(1)[0].of_kind("grazing")[0].value
+    beyond = marks["grazing"][np.abs(marks["grazing"][:, 0] - graze) < 1e-9]
+    assert len(beyond) == 6
+    assert np.count_nonzero(beyond[:, 1] < 1e-6) == 2
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts[:5] == ["1-0, 1-2", "1-2, 1-3 (a)", "1-2, 1-3 (b)", "stable", "unstable"]
+    lines = ax.get_legend().get_lines()
+    assert lines[0].get_color() != lines[3].get_color()

@@ -13,7 +13,7 @@ from .branch import Branch, Piece
 from .branches import follow_motion, switch_branch
 from .curve import BifurcationCurve, CodimensionTwo
 from .found import MotionSearch, NotFound
-from .kinds import BifurcationKind
+from .kinds import BifurcationKind, Branching
 from .manifold import ManifoldSide, UnstableManifold
 from .manifolds import unstable_manifold
 from .motion import PeriodicMotion
@@ -30,6 +30,7 @@ __all__ = [
     "Border",
     "BorderKind",
     "Branch",
+    "Branching",
     "CodimensionTwo",
     "Condition",
     "Leg",

@@ -6,6 +6,9 @@ per drive period (theory page, section 6); kinds of bifurcations as on the notat
 
 from __future__ import annotations
 
+import itertools
+import string
+from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, Literal
@@ -57,10 +60,14 @@ Curves = BifurcationCurve | StabilityRegion | Sequence[BifurcationCurve | Stabil
 _COLORS = (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE)
 _DIAGRAM_GREY = "0.62"
 _DIAGRAM_SIZE = 1.0
-_KEY_GREY = "0.35"
+_KEY_GREY = "0.6"
 # How much wider than a curve its white edge is, in points.
 _HALO = 1.4
 _UNSTABLE = (0.0, (4.0, 1.5))
+# An impact is the same on both sides of a border if its height is, to this accuracy.
+_SAME_HEIGHT = 1e-6
+# Two pieces meet at a border if its value is that of their ends to this accuracy.
+_SAME_BORDER = 1e-9
 # A multiplier this close to the unit circle belongs to a bifurcation: the point counts for both
 # sides.
 _ON_CIRCLE = 1e-6
@@ -155,8 +162,7 @@ def branches(
     for number, branch in enumerate(many):
         _lines(ax, branch, view, _COLORS[number % len(_COLORS)])
     for kind in BIFURCATION_STYLES:
-        found = [point for branch in many for point in branch.of_kind(kind)]
-        _marks(ax, found, view, size)
+        _marks(ax, kind, many, view, size)
     if legend:
         handles = branch_handles(many, names=True)
         if isinstance(diagram, Diagram):
@@ -174,7 +180,8 @@ def branches(
 def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[Artist]:
     """Return the legend entries of stability and of the bifurcations that branches have.
 
-    With `names` those of the branches come first, by the labels of their motions.
+    With `names` those of the branches come first, by the labels of their motions; the same labels
+    have letters. A single branch has its name beside its stability.
 
     Examples
     --------
@@ -186,19 +193,35 @@ def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[A
     >>> [handle.get_label() for handle in vi.plot.branch_handles([branch])]
     ['stable', 'unstable', 'saddle-node', 'period doubling', 'Neimark-Sacker']
     """
-    handles: list[Artist] = []
-    for number, branch in enumerate(branches if names else []):
-        text = ", ".join(dict.fromkeys(label_text(piece.label) for piece in branch.pieces))
-        color = _COLORS[number % len(_COLORS)]
-        handles.append(Line2D([], [], color=color, lw=1.2, label=text))
     stable = np.concatenate([branch.stable for branch in branches])
+    handles: list[Artist] = []
+    texts = _names(branches) if names else []
+    if len(texts) > 1:
+        for text, color in zip(texts, itertools.cycle(_COLORS), strict=False):
+            handles.append(Line2D([], [], color=color, lw=1.2, label=text))
+    # A single branch is named with its stability: two lines that look alike would say nothing.
+    color, before = (_COLORS[0], f"{texts[0]}, ") if len(texts) == 1 else (_KEY_GREY, "")
     if stable.any():
-        handles.append(Line2D([], [], color=_KEY_GREY, lw=1.2, label="stable"))
+        handles.append(Line2D([], [], color=color, lw=1.2, label=f"{before}stable"))
     if not stable.all():
-        handles.append(Line2D([], [], color=_KEY_GREY, lw=0.7, ls=_UNSTABLE, label="unstable"))
+        text = f"{before}unstable"
+        handles.append(Line2D([], [], color=color, lw=0.7, ls=_UNSTABLE, label=text))
     return handles + bifurcation_handles(
         found.kind for branch in branches for found in branch.bifurcations
     )
+
+
+def _names(branches: Sequence[Branch]) -> list[str]:
+    """Return what the branches are called: their labels, with letters where these are the same."""
+    texts = [
+        ", ".join(dict.fromkeys(label_text(piece.label) for piece in branch.pieces))
+        for branch in branches
+    ]
+    letters = {text: iter(string.ascii_lowercase) for text in texts}
+    counts = Counter(texts)
+    return [
+        f"{text} ({next(letters[text], '...')})" if counts[text] > 1 else text for text in texts
+    ]
 
 
 @naming
@@ -360,17 +383,35 @@ def _unwrapped(line: Array) -> list[Array]:
     return list(np.split(line, cuts))
 
 
-def _marks(ax: Axes, found: Sequence[Bifurcation], view: View, size: float) -> None:
-    if not found:
-        return
-    heights = [view.heights_of(point) for point in found]
-    values = np.repeat(
-        [view.factor * point.value for point in found], [len(part) for part in heights]
-    )
-    (marks,) = ax.plot(
-        values, np.concatenate(heights), **bifurcation_marker(found[0].kind, size), zorder=4
-    )
-    marks.set_gid(found[0].kind)
+def _marks(ax: Axes, kind: str, branches: Sequence[Branch], view: View, size: float) -> None:
+    """Mark the bifurcations of a kind, at a border also what only the motion beyond it has."""
+    places: list[tuple[float, float]] = []
+    for branch in branches:
+        for point in branch.of_kind(kind):
+            heights = view.heights_of(point).tolist()
+            heights += [
+                height
+                for height in _beyond(branch, point, view).tolist()
+                if all(
+                    abs(height - known) > _SAME_HEIGHT * max(1.0, abs(known)) for known in heights
+                )
+            ]
+            places += [(view.factor * point.value, height) for height in heights]
+    if places:
+        (marks,) = ax.plot(*np.transpose(places), **bifurcation_marker(kind, size), zorder=4)
+        marks.set_gid(kind)
+
+
+def _beyond(branch: Branch, border: Bifurcation, view: View) -> Array:
+    """Return what is drawn of the motion beyond a border: it may have more impacts."""
+    for piece in branch.pieces if border.goes_on else ():
+        if Counter(piece.itinerary.legs) != Counter(border.goes_on):
+            continue
+        for end in (0, -1):
+            if abs(piece.values[end] - border.value) <= _SAME_BORDER * max(1.0, abs(border.value)):
+                heights: Array = view.heights(piece)[end]
+                return heights
+    return np.empty(0)
 
 
 def _stretches(piece: Piece) -> list[tuple[int, int, bool]]:
