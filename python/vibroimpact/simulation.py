@@ -145,8 +145,9 @@ def simulate(
         Cap on the events of a run since t = 0, which ends it with the stop reason ``event_cap``;
         10 million unless given.
     chatter_tolerance
-        Absolute tolerance on time and state where chatter is completed; flights and impacts are
-        exact, and sustained contact is integrated to rounding.
+        Tolerance on time and state where chatter is completed; flights and impacts are exact, and
+        sustained contact is integrated to rounding. Absolute for a System, whose numbers have no
+        units; of a structure it is a part of the time, coordinates and velocities of the motion.
     section_phase
         Drive phase of the stroboscopic section, relative to that of the start, in radians.
     workers

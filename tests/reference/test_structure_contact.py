@@ -231,6 +231,37 @@ def test_several_closed_stops_with_friction_are_no_single_outcome() -> None:
     assert run.ending == "frictional_contacts"
 
 
+def test_one_stop_slips_while_another_is_left() -> None:
+    # the block is pressed on the floor and touches a wall, from which its load pulls it
+    wall = {"normal": [1, 0], "gap": 0, "restitution": 0}
+    values = BLOCK | {"static_load": [-1, 1], "stops": [*BLOCK["stops"], wall]}
+    run = simulate_structure(Structure.parse(values), [[0, 0], [0, 0]], times=[1])
+    assert run.ending == "completed"
+    assert kinds(run) == ["slide_negative"]
+    with ctx.workprec(run.precision):
+        # x'' + x = -1 + mu
+        assert abs(run.states[0][0][0] - (arb(1).cos() - 1) * arb("0.9")) < 1e-90
+
+
+def test_an_impact_elsewhere_ends_stick() -> None:
+    # it moves the block along the floor, on which nothing presses it harder
+    ball = {"normal": [-1, 0, 1], "gap": 1, "restitution": 1}
+    floor = {"normal": [0, 1, 0], "gap": 0, "restitution": 0, "friction": "0.5"}
+    values = {
+        "mass": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        "stiffness": [[0] * 3] * 3,
+        "static_load": [0, 1, 0],
+        "stops": [floor | {"tangent": [1, 0, 0]}, ball],
+        "simultaneous": "sequence",
+    }
+    run = simulate_structure(Structure.parse(values), [[0, 0, 0], [0, 0, 1]], times=[2])
+    assert kinds(run) == ["stick", "frictionless", "slide_positive"]
+    with ctx.workprec(run.precision):
+        # it takes the velocity of the ball at t = 1, and loses half of it to friction
+        assert abs(run.states[0][0][0] - arb("0.75")) < 1e-90
+        assert abs(run.states[0][1][0] - arb("0.5")) < 1e-90
+
+
 # --- sets of closed stops ------------------------------------------------------------------------
 
 #: Two masses side by side, each on a spring and against its own wall; a drive pulls them away.

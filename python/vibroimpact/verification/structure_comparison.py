@@ -70,7 +70,11 @@ class StructureComparison(Judged):
             (kind, int(row["stop"]), float(row["time"]))
             for (kind, _), row in zip(told, rows, strict=True)
         ]
-        places, self.holds = essential(events, told_again=True, holds=self.holds)
+        impulses = [
+            float(row["impulse_normal"]) if kind == "impact" else 0.0
+            for (kind, _), row in zip(told, rows, strict=True)
+        ]
+        places, self.holds = essential(events, told_again=True, holds=self.holds, impulses=impulses)
         return [told[place] for place in places]
 
     def _fits(self, row: np.void, entry: Entry) -> bool:

@@ -339,7 +339,8 @@ def _entries(structure: ExactStructure, run: StructureRun, count: int) -> list[S
             StructureEntry("impact", values, told.regime, proved, more=more, stop=told.stop)
         )
     events = [(entry.kind, entry.stop, float(entry.values[0])) for entry in entries]
-    places, _ = essential(events, told_again=False)
+    impulses = [float(entry.more[2] or 0) if entry.more else 0.0 for entry in entries]
+    places, _ = essential(events, told_again=False, impulses=impulses)
     return [entries[place] for place in places]
 
 

@@ -94,12 +94,16 @@ class Hold:
             for chosen in combinations(plain, count):
                 mode = self.closed(chosen)
                 if mode is not None and self._fits(mode, held, z):
-                    if still and rough and self._tight(rough[0]) and self._grips(rough[0], z):
+                    if rough and self._is_open(rough[0], z, still):
                         return Ended("painleve")
                     return mode
         if len(held) == 1 and rough:
             return self._rubbing(rough[0], z, still)
         if rough:
+            # the others may leave while one slips or sticks
+            one = self._rubbing(rough[0], z, still) if len(rough) == 1 else None
+            if isinstance(one, Mode) and self._fits(one, held, z):
+                return one
             return Ended("frictional_contacts")
         raise Undecided("no set of closed stops fits")
 
@@ -255,6 +259,15 @@ class Hold:
         """Whether a stick fits: its normal force >= 0, within the cone of friction."""
         mode, _, _ = self.stick(j)
         return all(self.lead(watch.row, mode.generator, z) <= 0 for watch in mode.watches)
+
+    def _is_open(self, j: int, z: arb_mat, still: bool) -> bool:
+        """Whether a stop that is pulled open could also go on to slip or to stick."""
+        if not self._tight(j):
+            return False
+        if still:
+            return self._grips(j, z)
+        slip = settled((self.structure.slip_row(j) * z)[0, 0])
+        return slip != 0 and isinstance(self.slide(j, slip), Ended)
 
     def _tight(self, j: int) -> bool:
         """Whether friction in some direction could press a stop together."""

@@ -163,7 +163,7 @@ class Motion:
             else:
                 self.held = (*self.held, j)
         if self.held:
-            slips = [self.structure.slips(j, v) for j in self.held]
+            slips = [self.structure.slips(j, v) for j in self.held if self.hold.rubs[j]]
             self.still = slips == [0]
         return self._impact(struck) if struck else self._settle(())
 
@@ -267,10 +267,21 @@ class Motion:
     def _still(self, impacts: Sequence[StopImpact]) -> bool:
         """Whether the one held stop with friction sticks by definition."""
         rough = [j for j in self.held if self.hold.rubs[j]]
-        hit = {impact.stop: impact for impact in impacts}
-        if len(rough) == 1 and rough[0] in hit:
-            return bool(hit[rough[0]].slip_post.is_zero())
-        return self.mode.kind == "stick" and rough == list(self.mode.closed)
+        if len(rough) != 1:
+            return False
+        still = self.mode.kind == "stick" and rough == list(self.mode.closed)
+        for impact in impacts:
+            if impact.stop == rough[0]:
+                still = bool(impact.slip_post.is_zero())
+            elif self._moves_slip(impact.stop, rough[0]):
+                still = False
+        return still
+
+    def _moves_slip(self, struck: int, stop: int) -> bool:
+        """Whether an impact on one stop changes the velocity of slip at another."""
+        tangent, hit = self.structure.stops[stop].tangent, self.structure.stops[struck]
+        rows = [row for row in (hit.normal, hit.tangent) if row is not None]
+        return tangent is not None and any(self.structure.coupling(row, tangent) for row in rows)
 
     def _tail(self, struck: Sequence[int], done: Struck) -> Accumulation | None:
         """The limit of a chatter at one stop, when it is known well enough.
