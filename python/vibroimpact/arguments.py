@@ -301,17 +301,18 @@ def threads(workers: Any) -> int | None:
     return optional_count("workers", workers, least=1, most=1024)
 
 
-def several(name: str, given: Any, kind: type[Item]) -> list[Item]:
-    """Return one object of a kind, or a sequence of at least one, as a list."""
-    allowed = f"a vibroimpact.{kind.__name__} or a sequence of them"
-    if isinstance(given, kind):
+def several(name: str, given: Any, *kinds: type[Item]) -> list[Item]:
+    """Return one object of some kinds, or a sequence of at least one, as a list."""
+    one = " or ".join(f"a vibroimpact.{kind.__name__}" for kind in kinds)
+    allowed = f"{one} or a sequence of them"
+    if isinstance(given, kinds):
         return [given]
     if not isinstance(given, Sequence) or isinstance(given, str) or not given:
         reject(name, given, allowed)
     many: list[Item] = []
     for place, item in enumerate(given):
-        if not isinstance(item, kind):
-            reject(f"{name}[{place}]", item, f"a vibroimpact.{kind.__name__}")
+        if not isinstance(item, kinds):
+            reject(f"{name}[{place}]", item, one)
         many.append(item)
     return many
 
@@ -394,8 +395,11 @@ def starts(initial: Any, count: int) -> NDArray[np.float64]:
     wanted = f"rows q and v of shape (2, {count}), or (k, 2, {count}) for several"
     array = array_of("initial", initial, wanted, error=StateError)
     if array.ndim not in (2, 3) or array.shape[-2:] != (2, count):
-        shown = f"initial of shape {array.shape}" if array.ndim else f"initial = {initial!r}"
-        raise StateError(f"{shown} is not allowed; allowed: {wanted}")
+        shown = (
+            f"initial of shape {array.shape}" if array.ndim else f"initial = {in_short(initial)}"
+        )
+        turned = ", did you mean its transpose?" if array.shape == (count, 2) else ""
+        raise StateError(f"initial {shown} is not allowed; allowed: {wanted}{turned}")
     if array.dtype.kind not in "iuf":
         raise StateError(f"initial of type {array.dtype} is not allowed; allowed: real numbers")
     result = as_floats(array)

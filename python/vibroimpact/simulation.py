@@ -123,17 +123,17 @@ def simulate(
 
     Every flight is exact and every contact is found (theory page, sections 2 and 3). Complete
     chatter is carried to its accumulation point, and the run goes on through the sustained contact
-    that follows: slide, stick, release (section 5). All quantities are dimensionless.
+    that follows: slide, stick, release (section 5). Quantities of a System are dimensionless; a
+    Structure has the units of its numbers.
 
     Parameters
     ----------
     system
-        The System, or a Structure.
+        The System or Structure.
     initial
         (x1, v1, x2, v2) at t = 0, shape (4,); or (k, 4) for k runs. Of a structure the rows q and
-        v, shape (2, N) or (k, 2, N). A start on the contact (g = 0
-        to rounding) begins with an impact, a flight or sustained contact, depending on velocities
-        and forces.
+        v, shape (2, N) or (k, 2, N). A start on the contact (g = 0 to rounding) begins with an
+        impact, a flight or sustained contact, depending on velocities and forces.
     periods
         Number of drive periods; or else ``time``.
     time
@@ -164,7 +164,7 @@ def simulate(
     ParameterError
         If an argument is out of range.
     StateError
-        If an initial state is not finite, or the bodies overlap in it.
+        If an initial state is not finite, or the bodies overlap in it, or a stop is penetrated.
     SimulationError
         If a number left the range of floats, or no contact could be decided; ``.result`` is the
         part of the return value that was computed.

@@ -308,3 +308,27 @@ def test_branch_points_and_all_grazes_are_marked_and_mirror_images_told_apart(ax
     assert texts[:5] == ["1-0, 1-2", "1-2, 1-3 (a)", "1-2, 1-3 (b)", "stable", "unstable"]
     lines = ax.get_legend().get_lines()
     assert lines[0].get_color() != lines[3].get_color()
+
+
+def test_multipliers_of_motions_of_structures_are_drawn():
+    motions = [orbit(), ORBITS["masses"]()]
+    ax = vi.plot.multipliers(motions)
+    drawn = {each.get_label(): each.get_data() for each in ax.lines}
+    for motion in motions:
+        x, y = drawn[motion.label]
+        assert x.tolist() == motion.multipliers.real.tolist()
+        assert y.tolist() == motion.multipliers.imag.tolist()
+    with pytest.raises(vi.ParameterError, match=r"motions\[1\] = 3 .*PeriodicMotion or .*Orbit"):
+        vi.plot.multipliers([orbit(), 3])
+
+
+def test_the_orbit_of_an_attractor_passes_through_its_sections():
+    basins = vi.basins(SETTLING, q_0=[0.0], v_0=[0.0, 0.1], scouts=2, periods=200)
+    (attractor,) = basins.attractors
+    ax = attractor.plot()
+    q, v = (np.asarray(part) for part in line(ax, "orbit"))
+    near = np.abs(np.column_stack([q, v])[:, None] - attractor.sections[:, :, 0]).max(axis=2)
+    assert near.min(axis=0).max() < 1e-9
+    # It reaches its stop, and jumps there.
+    assert q.max() == pytest.approx(SETTLING.stops[0].gap, abs=1e-9)
+    assert np.abs(np.diff(v)).max() > 1

@@ -148,3 +148,33 @@ def test_both_sections_of_a_diagram_have_one_axis():
         for section in ("impact", "stroboscopic")
     )
     assert one.get_xlim() == other.get_xlim() == pytest.approx((1.186, 2.614))
+
+
+def test_a_function_that_makes_structures_of_two_sizes_is_told_so():
+    said = refusal(
+        lambda: vi.sweep(lambda k: TWO if k > 1 else SETTLING, initial=REST[1], k=[1.0, 2.0])
+    )
+    assert said == (
+        "at k = 2.0: the function gave a structure of 2 coordinates with 2 stops is not allowed; "
+        "allowed: a structure of 1 coordinate with 1 stop, as for the first values"
+    )
+
+
+def test_a_start_whose_rows_are_columns_is_recognised():
+    three = vi.Structure(np.eye(3), np.eye(3), [], drive_frequency=1.0)
+    with pytest.raises(vi.StateError, match=r"of shape \(3, 2\) .* did you mean its transpose\?$"):
+        vi.simulate(three, initial=np.zeros((3, 2)), periods=1)
+
+
+def test_axes_of_branches_are_named_as_those_of_diagrams():
+    branch = orbit().follow(gap_0=(0.29, 0.31))
+    assert branch.plot().get_xlabel() == "gap of stop 0"
+    made = orbit().follow(
+        system=lambda drive: SETTLING.replace(drive_amplitude=[drive]), drive=(0.9, 1.0, 1.1)
+    )
+    assert made.plot().get_xlabel() == "drive"
+    ax = vi.plot.multipliers(branch)
+    assert [each.get_ylabel() for each in ax.child_axes] == ["gap of stop 0"]
+    # No multiplier crosses the circle: there is nothing to name.
+    assert not branch.bifurcations
+    assert not ax.get_legend().get_visible()

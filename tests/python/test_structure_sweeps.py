@@ -304,7 +304,7 @@ def test_bad_input_is_refused_by_name(asked, error, words):
         (lambda other: SETTLING, "unknown argument gap of the function system"),
         (
             lambda gap: SETTLING if gap < 0.35 else MASSES,
-            "at gap = 0.4: mass = .*as for the first values",
+            "at gap = 0.4: the function gave a structure of 2 .*as for the first values",
         ),
         (
             lambda gap: SETTLING.replace(law="newton" if gap > 0.35 else "poisson"),

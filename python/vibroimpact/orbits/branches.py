@@ -69,11 +69,14 @@ def follow_motion(
     Parameters
     ----------
     motion
-        Where to start.
+        Where to start: a PeriodicMotion of a System, or a StructureOrbit whose only events are
+        impacts; ``run.refine()`` gives both.
     system
-        A function that makes the system from the number that varies, such as a stiffness in N/m:
-        ``lambda stiffness: vi.System.from_physical(..., stiffness=stiffness)``. Derivatives by that
-        number are those by the system's own parameters times differences of the function.
+        A function that makes the system or structure from the number that varies, such as a
+        stiffness: ``lambda stiffness: vi.System.from_physical(..., stiffness=stiffness)``, or
+        ``lambda stiffness: structure.replace(stiffness=[[stiffness]])``. Derivatives of a System by
+        that number are those by its own parameters times differences of the function; of a
+        structure they are differences of the equations.
     units
         ``"SI"``: what varies is a quantity of ``System.from_physical`` in its unit, such as
         ``drive_frequency`` in rad/s, with a range (low, high); the system needs ``scales``.
@@ -91,9 +94,12 @@ def follow_motion(
     virtual
         Go on with the same legs beyond borders, where the solution is no motion any more.
     **parameter
-        The one numeric parameter of the system to vary, with its range:
-        ``drive_frequency=(1.5, 1.6)``. With ``system`` the argument of the function, with the value
-        at which it makes the motion's system between the ends: ``stiffness=(30, 40, 50)``.
+        What varies, with its range: one numeric parameter of the System,
+        ``drive_frequency=(1.5, 1.6)``; of a structure ``drive_frequency``, ``phase``, or ``gap``,
+        ``restitution``, ``friction`` of all stops or of one, ``gap_0=(0.2, 0.4)``. With ``system``
+        the argument of the function, with the value at which it makes the motion's system between
+        the ends: ``stiffness=(30, 40, 50)``. Where values are not allowed the branch ends as
+        ``outside domain``.
 
     Returns
     -------

@@ -17,6 +17,7 @@ from ..sweeps import Attractor
 from ..sweeps.columns import COORDINATES
 from .basins import BASIN_COLORS
 from .given import chosen, expected
+from .structure_orbit import orbit_stretch
 from .style import (
     BLACK,
     GREY,
@@ -45,7 +46,7 @@ def attractor(
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the sections of an attractor, and the orbit of a periodic one of a System between them.
+    """Draw the sections of an attractor, and the orbit of a periodic one between them.
 
     Parameters
     ----------
@@ -102,6 +103,10 @@ def attractor(
         before = np.nextafter(hits, -math.inf)
         times = np.unique(np.clip(np.concatenate([times, hits, before]), 0.0, motion.period))
         states = motion.trajectory(times)
+    elif motion is not None:
+        samples = orbit_stretch(motion, _SAMPLES).curve.state
+        states = samples.reshape(len(samples), -1)
+    if motion is not None:
         ax.plot(states[:, first], states[:, second], color=GREY, lw=0.8, label="orbit")
     ax.scatter(
         sections[:, first],

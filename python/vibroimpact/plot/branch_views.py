@@ -138,9 +138,9 @@ class StructureView:
         value = known[0] if value is None else chosen("value", value, known)
         least = min(system.coordinates for system in systems)
         coordinate = count("coordinate", coordinate, least=0, most=least - 1)
-        name = branches[0].parameter
+        factor, text = piece_axis(branches[0].parameter, systems[0], is_si=False)
         label = value_label(section, value, coordinate)
-        return cls(section, value, coordinate, 1.0, name.replace("_", " "), label)
+        return cls(section, value, coordinate, factor, text, label)
 
     def check_diagram(self, diagram: Any, name: str) -> None:
         """Refuse another diagram than one over the same number."""

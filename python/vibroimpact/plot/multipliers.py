@@ -6,6 +6,7 @@ The multipliers are the eigenvalues of the derivative of the return map; theory 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..arguments import naming, number, positive, reject, several
 from ..orbits import Bifurcation, Branch, PeriodicMotion
+from ..structure_motion import StructureOrbit
 from .parameter_units import piece_label
 from .style import (
     BLACK,
@@ -29,6 +31,8 @@ from .style import (
     new_axes,
 )
 
+Motion = PeriodicMotion | StructureOrbit
+
 _SHAPES = tuple(zip("osD^vP", (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE), strict=True))
 CROSSINGS = ("saddle_node", "period_doubling", "neimark_sacker", "branch_point")
 """Kinds of bifurcations at which multipliers cross the unit circle."""
@@ -36,7 +40,7 @@ CROSSINGS = ("saddle_node", "period_doubling", "neimark_sacker", "branch_point")
 
 @naming
 def multipliers(
-    motions: PeriodicMotion | Sequence[PeriodicMotion] | Branch,
+    motions: Motion | Sequence[Motion] | Branch,
     *,
     limit: float = 1.6,
     size: float = 4.5,
@@ -51,7 +55,7 @@ def multipliers(
 
     Parameters
     ----------
-    motions : PeriodicMotion, sequence of PeriodicMotion, or Branch
+    motions : PeriodicMotion, StructureOrbit, sequence of them, or Branch
         One motion, several, or a branch.
     limit : float
         Real and imaginary parts are shown up to this size; at least 1.
@@ -81,7 +85,9 @@ def multipliers(
     1.0
     """
     branch = motions if isinstance(motions, Branch) else None
-    many = [] if branch is not None else several("motions", motions, PeriodicMotion)
+    many: list[Any] = []
+    if branch is None:
+        many = several("motions", motions, PeriodicMotion, StructureOrbit)
     allowed = "a finite number >= 1"
     limit = number("limit", limit, allowed)
     if limit < 1.0:

@@ -17,9 +17,10 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from ..arguments import reject
-from ..made import is_structure, made_from, value_of
+from ..made import MadeStructure, is_structure, made_from, value_of
 from ..orbits.branch import Piece
 from ..scales import COLUMN_UNITS, Scales, needed
+from ..structure import Structure
 from ..sweeps import Diagram
 from ..sweeps.columns import COORDINATES
 from ..sweeps.grid_machine import START
@@ -112,16 +113,18 @@ def grid_label(result: GridResult, name: str) -> str:
     return with_unit(axis_name(name, made=True), name, is_si=True)
 
 
-def piece_label(name: str, system: System) -> str:
+def piece_label(name: str, system: System | Structure) -> str:
     """Return the label of the axis of what is varied along a branch or a curve."""
+    if isinstance(system, Structure):
+        return structure_axis_name(name, made=isinstance(system, MadeStructure))
     if made_from(system, [name]) is None:
         return axis_name(name, made=False)
     return quantity_label(name, [(value_of(system, name), system)])
 
 
-def piece_axis(name: str, system: System, *, is_si: bool) -> tuple[float, str]:
+def piece_axis(name: str, system: System | Structure, *, is_si: bool) -> tuple[float, str]:
     """Return the factor and the label of the axis of what is varied along a branch."""
-    if made_from(system, [name]) is not None:
+    if isinstance(system, Structure) or made_from(system, [name]) is not None:
         return 1.0, piece_label(name, system)
     return parameter_axis(name, system, is_si=is_si)
 

@@ -41,7 +41,7 @@ def structure_orbit(
 ) -> list[Axes]:
     """Draw a periodic motion of a structure; arguments as in `orbit`, but two axes."""
     shown = shown_coordinates(coordinates, motion.system, few=FEW)
-    stretch = _stretch(motion, points_per_period)
+    stretch = orbit_stretch(motion, points_per_period)
     axes = several_axes(axes, 2, (7.1, 2.8))
     draw_portrait(axes[0], stretch, shown)
     draw_history(axes[1], stretch, shown)
@@ -52,8 +52,8 @@ def structure_orbit(
     return axes
 
 
-def _stretch(motion: StructureOrbit, points: int) -> Stretch:
-    """Return one orbit from t = 0."""
+def orbit_stretch(motion: StructureOrbit, points: int) -> Stretch:
+    """Return one orbit from t = 0, with so many samples in a drive period."""
     end = motion.period
     if not motion.legs:
         run = simulate(motion.system, initial=motion.state, periods=motion.m)

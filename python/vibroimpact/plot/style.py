@@ -397,7 +397,7 @@ _LEGEND_PART = 0.85
 
 
 def legend_above(ax: Axes, handles: Sequence[Artist], columns: int = 2) -> Legend:
-    """Put a legend above the axes, where it hides no data.
+    """Put a legend above the axes, where it hides no data; without entries none is seen.
 
     If the axes are alone in their figure the number of columns is reduced until the legend fits.
     """
@@ -420,6 +420,7 @@ def legend_above(ax: Axes, handles: Sequence[Artist], columns: int = 2) -> Legen
             break
         columns -= 1
         drawn = legend(columns)
+    drawn.set_visible(len(handles) > 0)
     return drawn
 
 

@@ -166,7 +166,8 @@ def bifurcation_diagram(
     ParameterError
         If an argument or one of the values is out of range; nothing has run then.
     StateError
-        If an initial state is not finite, or the bodies overlap in it at one of the values.
+        If an initial state is not finite, or the bodies overlap in it at one of the values, or a
+        stop is penetrated.
     Interrupted
         After Ctrl-C; ``.result`` is the Diagram, unreached points having the status ``pending``.
 

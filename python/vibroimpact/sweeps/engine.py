@@ -182,6 +182,7 @@ def _progress_bar(task: Task, done: int, *, shown: bool) -> Iterator[Any]:
     from tqdm import tqdm  # here, to keep the import of the package light
 
     over = " x ".join(task.grid.axes)
-    name = f"{task.kind} over {over}" if over else task.kind
+    kind = task.kind.replace("_", " ")
+    name = f"{kind} over {over}" if over else kind
     with tqdm(total=task.grid.size, initial=done, desc=name, unit="cell") as bar:
         yield bar

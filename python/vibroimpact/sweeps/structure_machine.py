@@ -155,6 +155,9 @@ class StructureMachine:
         """Return all numbers of a structure; what is no number is the same in all cells."""
         if not isinstance(system, Structure):
             raise unlike(values, "the function gave", system, "a vibroimpact.Structure as before")
+        if system._in_short() != self.system._in_short():
+            allowed = f"{self.system._in_short()}, as for the first values"
+            raise unlike(values, "the function gave", system, allowed)
         first, here = self._entries, StructureMachine(system)._entries
         for name in first | here:
             if _without_numbers(first.get(name)) != _without_numbers(here.get(name)):

@@ -139,7 +139,8 @@ def sweep(
     ------
     ParameterError
         If an argument or a value is out of range, or the store is something else; nothing has run
-        then. A cell in which the bodies overlap at the start has the status ``overlap``.
+        then. A cell in which the bodies overlap at the start, or a stop is penetrated, has the
+        status ``overlap``.
     Interrupted
         After Ctrl-C; ``.result`` is the Sweep, cells not reached being ``pending``.
 

@@ -56,7 +56,7 @@ class Attractor(Shown):
     kind
         ``periodic``, ``quasi-periodic``, ``chaotic``, or ``family``: motions that are not isolated.
     motion
-        The periodic motion, or None.
+        The periodic motion, a PeriodicMotion or StructureOrbit, or None.
     sections
         States at the starts of drive periods: the m of a periodic motion, else many, shape (k, 4),
         of structures (k, 2, N). Of a family those of the first motion found.
