@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
@@ -37,6 +38,12 @@ ORBITS = {
         SETTLING.replace(restitution=0.1, static_load=[0.8], drive_frequency=0.5, gap=0.1)
     ),
 }
+
+
+@pytest.fixture(autouse=True)
+def _no_figure_is_left():
+    yield
+    pyplot.close("all")
 
 
 @pytest.fixture

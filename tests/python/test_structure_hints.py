@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
 
 import vibroimpact as vi
 from struck import REST, SETTLING, masses_run, orbit
@@ -25,6 +26,12 @@ GRIDS = {
     "sweep": lambda **axes: vi.sweep(TWO, initial=REST[2], gap=LINE, **axes),
     "basins": lambda **axes: vi.basins(TWO, q_0=LINE, **axes),
 }
+
+
+@pytest.fixture(autouse=True)
+def _no_figure_is_left():
+    yield
+    pyplot.close("all")
 
 
 def refusal(call, **options):
