@@ -1,6 +1,6 @@
 """Writes the reference data that the Rust and Python tests read: flights and near-grazes.
 
-    python -m reference.generate flights | near-grazes | all        (in tests/, seed fixed)
+    python -m reference.regenerate flights.json near_grazes.json --write     (in tests)
 
 `flights.json` sweeps docs/theory.md, section 2 with all its neighbourhoods; `near_grazes.json`
 is the ladder of flights whose gap has a hump of height d = +-1e-2 ... +-1e-14 (ladder.py).
@@ -10,11 +10,8 @@ belong to exactly those floats. Formats: tests/data/README.md. Quantities are di
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 import random
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +22,7 @@ from flint import arb, ctx, fmpq
 from vibroimpact.reference.contact import Undecided
 from vibroimpact.reference.flight import Body, exact, rational
 
-from .ladder import DIGITS, digits, graze_records
+from .ladder import DIGITS, digits
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 SEED = 20040901
@@ -156,26 +153,3 @@ def _scales(case: FlightCase, body: Body, x_end: float, v_end: float) -> tuple[f
             largest_x = max(largest_x, abs(float(x.mid())))
             largest_v = max(largest_v, abs(float(v.mid())))
     return largest_x or 1e-300, largest_v or 1e-300
-
-
-def write(name: str, rows: list[dict[str, Any]]) -> None:
-    """A JSON list with one row per line."""
-    lines = ",\n".join(json.dumps(row) for row in rows)
-    (DATA / name).write_text(f"[\n{lines}\n]\n")
-    print(f"{name}: {len(rows)} rows")
-
-
-def main() -> int:
-    """Command line; see the module's text."""
-    parser = argparse.ArgumentParser(prog="python -m reference.generate")
-    parser.add_argument("what", choices=("flights", "near-grazes", "all"))
-    what = parser.parse_args().what
-    if what in ("flights", "all"):
-        write("flights.json", [flight_record(case) for case in flight_cases()])
-    if what in ("near-grazes", "all"):
-        write("near_grazes.json", list(graze_records()))
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """Writes the reference data of chatter and sustained contact: tests/data/contact_reference.json.
 
-    python -m reference.generate_contact [NAME ...]     (in tests/; names: print only these scenes)
+    python -m reference.regenerate contact_reference.json --write     (in tests)
 
 Inputs are float64, written so that reading the decimal gives the same bits; the reference values
 belong to exactly those floats. Format: tests/data/README.md. Scenes: scenes.py. Quantities are
@@ -9,11 +9,6 @@ dimensionless.
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
-import time as clock
-from pathlib import Path
 from typing import Any
 
 from flint import arb, ctx
@@ -22,9 +17,8 @@ from vibroimpact.reference.hold import Phase
 from vibroimpact.reference.hybrid import FINER
 
 from .ladder import digits
-from .scenes import SCENES, Scene
+from .scenes import Scene
 
-DATA = Path(__file__).resolve().parents[1] / "data"
 NAME = "contact_reference.json"
 #: A stated error of more than this, or more growth, is no reference.
 LARGEST_ERROR = 1e-28
@@ -72,27 +66,3 @@ def scene_record(scene: Scene) -> dict[str, Any]:
             "stroboscopic": [[text(value) for value in state] for state in found.run.samples],
             "amplification": found.sample_growth,
         }
-
-
-def main() -> int:
-    """Command line; see the module's text."""
-    parser = argparse.ArgumentParser(prog="python -m reference.generate_contact")
-    parser.add_argument("names", nargs="*", metavar="NAME")
-    names = parser.parse_args().names
-    if unknown := set(names) - set(SCENES):
-        parser.error(f"no scene {', '.join(sorted(unknown))}")
-    lines = []
-    for name in names or SCENES:
-        began = clock.perf_counter()
-        record = scene_record(SCENES[name])
-        seconds = clock.perf_counter() - began
-        events = " ".join(phase["event"] for phase in record["phases"])
-        print(f"{name}: {record['ending']}, error {record['error']}, {seconds:.1f} s: {events}")
-        lines.append(f"{json.dumps(name)}: {json.dumps(record)}")
-    if not names:
-        (DATA / NAME).write_text("{\n" + ",\n".join(lines) + "\n}\n")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

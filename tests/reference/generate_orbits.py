@@ -1,6 +1,6 @@
 """Writes the reference data of periodic motions: tests/data/orbits_reference.json.
 
-    python -m reference.generate_orbits [NAME ...]     (in tests/; names: print only these scenes)
+    python -m reference.regenerate orbits_reference.json --write     (in tests)
 
 Motions: orbit_scenes.py; how they are computed: orbits.py. Each is computed twice, at 400 and 544
 bits with other tolerances and steps of the differences, and the differences are its stated errors.
@@ -28,11 +28,6 @@ multiplier_error    stated error of the multipliers and their product
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
-import time as clock
-from pathlib import Path
 from typing import Any
 
 from flint import arb, ctx
@@ -40,10 +35,9 @@ from flint import arb, ctx
 from vibroimpact.reference.hybrid import FINER
 
 from .ladder import digits
-from .orbit_scenes import SCENES, OrbitScene
+from .orbit_scenes import OrbitScene
 from .orbits import Orbit, difference
 
-DATA = Path(__file__).resolve().parents[1] / "data"
 NAME = "orbits_reference.json"
 #: A stated error of more than this is no reference.
 LARGEST_ERROR = 1e-28
@@ -114,31 +108,3 @@ def dimensions_lost(orbit: Orbit) -> int:
     if events - {"impact"}:
         return len(orbit.multipliers) - 2
     return int(any((moment.regime or "").startswith("stick") for moment in orbit.moments))
-
-
-def main() -> int:
-    """Command line; see the module's text."""
-    parser = argparse.ArgumentParser(prog="python -m reference.generate_orbits")
-    parser.add_argument("names", nargs="*", metavar="NAME")
-    names = parser.parse_args().names
-    if unknown := set(names) - set(SCENES):
-        parser.error(f"no motion {', '.join(sorted(unknown))}")
-    lines = []
-    for name in names or SCENES:
-        began = clock.perf_counter()
-        record = scene_record(SCENES[name])
-        seconds = clock.perf_counter() - began
-        size = max(abs(complex(*map(float, root))) for root in record["multipliers"])
-        print(
-            f"{name}: {record['m']}-{record['n']}, errors {record['error']} and "
-            f"{record['multiplier_error']}, largest multiplier {size:.6f}, {seconds:.1f} s",
-            flush=True,
-        )
-        lines.append(f"{json.dumps(name)}: {json.dumps(record)}")
-    if not names:
-        (DATA / NAME).write_text("{\n" + ",\n".join(lines) + "\n}\n")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """Writes the reference data of structures: tests/data/structures_reference.json.
 
-    python -m reference.generate_structures [NAME ...]     (in tests; names: print only these)
+    python -m reference.regenerate structures_reference.json --write     (in tests)
 
 Inputs are float64; the reference values belong to exactly those floats. Format:
 tests/data/README.md. Cases: structure_cases.py. Units are those of the structure.
@@ -8,11 +8,7 @@ tests/data/README.md. Cases: structure_cases.py. Units are those of the structur
 
 from __future__ import annotations
 
-import argparse
-import json
 import random
-import sys
-import time as clock
 from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
@@ -22,9 +18,8 @@ from flint import arb, ctx
 from vibroimpact.reference.structure import Change, Impact, Structure, StructureRun
 from vibroimpact.reference.structure import simulate_structure as simulate
 
-from .generate import DATA
 from .generate_contact import text
-from .structure_cases import CASES, Case
+from .structure_cases import Case
 
 NAME = "structures_reference.json"
 #: A stated error of more than this, or more growth, is no reference.
@@ -149,32 +144,3 @@ def entry_record(entry: Impact | Change) -> dict[str, Any]:
         "energy_loss": text(entry.energy_loss),
         "regime": entry.regime,
     }
-
-
-def main() -> int:
-    """Command line; see the module's text."""
-    parser = argparse.ArgumentParser(prog="python -m reference.generate_structures")
-    parser.add_argument("names", nargs="*", metavar="NAME")
-    names = parser.parse_args().names
-    if unknown := set(names) - set(CASES):
-        parser.error(f"no case {', '.join(sorted(unknown))}")
-    lines = []
-    for name in names or CASES:
-        began = clock.perf_counter()
-        record = case_record(CASES[name])
-        seconds = clock.perf_counter() - began
-        events = " ".join(f"{entry['kind']}@{entry['stop']}" for entry in record["story"])
-        grown = max([0.0, *record["amplification"]])
-        print(
-            f"{name}: {record['ending']}, error {record['error']}, amplification {grown}, "
-            f"{seconds:.1f} s: {events}",
-            flush=True,
-        )
-        lines.append(f"{json.dumps(name)}: {json.dumps(record)}")
-    if not names:
-        (DATA / NAME).write_text("{\n" + ",\n".join(lines) + "\n}\n")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

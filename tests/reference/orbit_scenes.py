@@ -1,6 +1,6 @@
 """Periodic motions of tests/data/orbits_reference.json, and from where Newton's method starts.
 
-    python -m reference.generate_orbits         (in tests/; writes data/orbits_reference.json)
+    python -m reference.regenerate orbits_reference.json --write     (in tests)
 
 The paper's named motions, those it shows with lasting contact, unstable ones, and one for each
 regime of impact and mode of contact (docs/theory.md, sections 4 and 5). Starts were found by

@@ -1,10 +1,13 @@
 """Makes the reference data anew and compares them with what is committed, number by number.
 
-    python -m reference.regenerate [FILE ...] [--write] [--workers N]   (in tests; `make reference`)
+    python -m reference.regenerate [FILE ...] [--only PART ...] [--write] [--workers N]
+
+(in tests; `make reference`).
 
 Every printed digit must be the same. The errors that a row states for itself are differences of two
 computations, and depend on the last bits of the arithmetic library: a new one may be up to ten
 times the committed one. Ends with status 1 if anything differs; --write replaces the files instead.
+--only makes only these parts, such as one scene.
 The parts of all files are shared among as many processes as there are processors, unless --workers
 says otherwise; each is told when it is done, with the time it took.
 """
@@ -17,13 +20,20 @@ import json
 import os
 import sys
 import time as clock
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from . import generate_contact, generate_orbits, generate_structures
+from . import (
+    generate_contact,
+    generate_orbits,
+    generate_structures,
+    orbit_scenes,
+    scenes,
+    structure_cases,
+)
 from .generate import DATA, flight_cases, flight_record
 from .ladder import graze_records
 
@@ -63,24 +73,24 @@ def _near_grazes(_: str) -> Named:
 
 
 def _contact(name: str) -> Named:
-    return [(name, generate_contact.scene_record(generate_contact.SCENES[name]))]
+    return [(name, generate_contact.scene_record(scenes.SCENES[name]))]
 
 
 def _orbits(name: str) -> Named:
-    return [(name, generate_orbits.scene_record(generate_orbits.SCENES[name]))]
+    return [(name, generate_orbits.scene_record(orbit_scenes.SCENES[name]))]
 
 
 def _structures(name: str) -> Named:
-    return [(name, generate_structures.case_record(generate_structures.CASES[name]))]
+    return [(name, generate_structures.case_record(structure_cases.CASES[name]))]
 
 
 #: The makers of all generated files.
 MAKERS: dict[str, Maker] = {
     "flights.json": Maker(_flight_parts, _flights),
     "near_grazes.json": Maker(lambda: ["all"], _near_grazes),
-    generate_contact.NAME: Maker(lambda: generate_contact.SCENES, _contact),
-    generate_orbits.NAME: Maker(lambda: generate_orbits.SCENES, _orbits),
-    generate_structures.NAME: Maker(lambda: generate_structures.CASES, _structures),
+    generate_contact.NAME: Maker(lambda: scenes.SCENES, _contact),
+    generate_orbits.NAME: Maker(lambda: orbit_scenes.SCENES, _orbits),
+    generate_structures.NAME: Maker(lambda: structure_cases.CASES, _structures),
 }
 
 
@@ -127,21 +137,18 @@ class Order:
             yield from rows
 
 
-def ordered(names: Sequence[str], pool: ProcessPoolExecutor | None) -> list[Order]:
-    """The files with all their parts handed to the pool, if there is one."""
+def ordered(parts: Mapping[str, Iterable[str]], pool: ProcessPoolExecutor | None) -> list[Order]:
+    """The files with their parts handed to the pool, if there is one."""
     return [
         Order(
             name,
-            [
-                (part, None if pool is None else pool.submit(make, name, part))
-                for part in MAKERS[name].parts()
-            ],
+            [(part, None if pool is None else pool.submit(make, name, part)) for part in wanted],
         )
-        for name in names
+        for name, wanted in parts.items()
     ]
 
 
-def compare(order: Order) -> int:
+def compare(order: Order, *, whole: bool) -> int:
     """Print where a file differs from what its generator makes; the number of such rows."""
     name = order.name
     committed, made, wrong = read(name), set[str](), 0
@@ -151,10 +158,10 @@ def compare(order: Order) -> int:
         if fields:
             wrong += 1
             print(f"{name}, {row_name}: {', '.join(fields)} differ", flush=True)
-    for row_name in committed.keys() - made:
+    for row_name in committed.keys() - made if whole else ():
         wrong += 1
         print(f"{name}, {row_name}: made by no generator")
-    print(f"{name}: {len(committed)} rows, {wrong} differ", flush=True)
+    print(f"{name}: {len(made)} rows, {wrong} differ", flush=True)
     return wrong
 
 
@@ -196,6 +203,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Command line; see the module's text."""
     parser = argparse.ArgumentParser(prog="python -m reference.regenerate")
     parser.add_argument("files", nargs="*", metavar="FILE", help=", ".join(MAKERS))
+    parser.add_argument("--only", nargs="+", metavar="PART", help="only these parts")
     parser.add_argument("--write", action="store_true", help="write the files anew")
     parser.add_argument("--workers", type=int, default=processors(), help="processes")
     given = parser.parse_args(arguments)
@@ -203,14 +211,24 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"no generated file {', '.join(sorted(unknown))}")
     if given.workers < 1:
         parser.error("--workers must be at least 1")
+    parts = {name: [*MAKERS[name].parts()] for name in given.files or MAKERS}
+    if given.only is not None:
+        if given.write:
+            parser.error("--only compares: a file is written as a whole")
+        if unknown := set(given.only) - {part for each in parts.values() for part in each}:
+            parser.error(f"no part {', '.join(sorted(unknown))}")
+        chosen = {
+            name: [part for part in each if part in given.only] for name, each in parts.items()
+        }
+        parts = {name: each for name, each in chosen.items() if each}
     began = clock.perf_counter()
     wrong = 0
     with pool_of(given.workers) as pool:
-        for order in ordered(given.files or list(MAKERS), pool):
+        for order in ordered(parts, pool):
             if given.write:
                 write(order)
             else:
-                wrong += compare(order)
+                wrong += compare(order, whole=given.only is None)
     print(f"in {clock.perf_counter() - began:.0f} s")
     return int(wrong > 0)
 

@@ -1,6 +1,6 @@
 """Scenes with complete chatter and sustained contact, and how they are written to a file.
 
-    python -m reference.generate_contact        (in tests/; writes data/contact_reference.json)
+    python -m reference.regenerate contact_reference.json --write     (in tests)
 
 Every phase of docs/theory.md, section 5: chatter in slip, without friction and in stick (a ratio
 other than r), r from 0 to 0.95, slides in both directions, across sin x1 = 0 and across v1 = 0,

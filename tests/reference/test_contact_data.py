@@ -19,7 +19,8 @@ from flint import arb, ctx
 from vibroimpact.reference.flight import System, as_float, exact
 from vibroimpact.reference.hybrid import follow, sections
 
-from .generate_contact import DATA, LARGEST_ERROR, NAME, scene_record
+from .generate import DATA
+from .generate_contact import LARGEST_ERROR, NAME, scene_record
 from .scenes import SCENES
 
 #: Accuracy that contact.json states for itself.

@@ -17,7 +17,8 @@ from flint import acb, arb, ctx
 
 from vibroimpact.reference.flight import as_float, exact
 
-from .generate_orbits import DATA, NAME, scene_record
+from .generate import DATA
+from .generate_orbits import NAME, scene_record
 from .orbit_scenes import SCENES
 
 #: Printed values carry 25 digits.

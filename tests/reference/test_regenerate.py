@@ -18,7 +18,7 @@ ROW = {"x": "0.1234567890123456789012345", "pair": ["1", "2"], "error": "2.0e-50
 
 def test_every_generated_file_has_its_maker() -> None:
     text = (DATA / "README.md").read_text()
-    table = [line for line in text.splitlines() if "`python -m reference.generate" in line]
+    table = [line for line in text.splitlines() if "`python -m reference.regenerate" in line]
     assert {line.split("|")[1].strip() for line in table} == set(regenerate.MAKERS)
 
 
@@ -54,15 +54,23 @@ def test_the_command_fails_where_a_row_differs(
     told = capsys.readouterr().out
     assert "flights.json, 1: x differ" in told
     assert "flights.json, 2: made by no generator" in told
+    assert regenerate.main([*here, "--only", "0"]) == 0
+    told = capsys.readouterr().out
+    assert "flights.json: 1 rows, 0 differ" in told
+    assert "made by no generator" not in told
+    assert regenerate.main([*here, "--only", "0", "1"]) == 1
+    for wrong in (["--only", "7"], ["--only", "0", "--write"]):
+        with pytest.raises(SystemExit, match="2"):
+            regenerate.main([*here, *wrong])
 
 
 def test_parts_made_in_other_processes_are_the_file_in_its_order(
     tmp_path: Any, monkeypatch: Any
 ) -> None:
     file = regenerate.generate_orbits.NAME
-    committed, scenes = regenerate.read(file), regenerate.generate_orbits.SCENES
+    committed, scenes = regenerate.read(file), regenerate.orbit_scenes.SCENES
     two = ["wall_direct", "no_impact"]  # the quickest, the first one not as quick as the second
-    monkeypatch.setattr(regenerate.generate_orbits, "SCENES", {name: scenes[name] for name in two})
+    monkeypatch.setattr(regenerate.orbit_scenes, "SCENES", {name: scenes[name] for name in two})
     monkeypatch.setattr(regenerate, "DATA", tmp_path)
     assert regenerate.main([file, "--write", "--workers", "2"]) == 0
     written = json.loads((tmp_path / file).read_text())
