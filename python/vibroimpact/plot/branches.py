@@ -60,7 +60,7 @@ Curves = BifurcationCurve | StabilityRegion | Sequence[BifurcationCurve | Stabil
 _COLORS = (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE)
 _DIAGRAM_GREY = "0.62"
 _DIAGRAM_SIZE = 1.0
-_KEY_GREY = "0.6"
+_KEY_GREY = "0.45"
 # How much wider than a curve its white edge is, in points.
 _HALO = 1.4
 _UNSTABLE = (0.0, (4.0, 1.5))
