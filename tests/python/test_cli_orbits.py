@@ -1,12 +1,15 @@
 """`vibroimpact orbits`: the motions it prints and writes are those of the functions."""
 
 import csv
+import functools
 
 import pytest
 from matplotlib.image import imread
 
 import vibroimpact as vi
 from command_lines import ORBITS, START, SYSTEM
+from struck import MIRRORED
+from test_symmetric_motions import symmetric
 from vibroimpact.cli import orbits as command
 from vibroimpact.cli.motion_table import CSV_NAMES, PRINTED_NAMES
 
@@ -183,3 +186,29 @@ def test_a_wall_has_two_multipliers(run_command, tmp_path):
     for row in rows:
         assert row["multiplier_2_real"] != ""
         assert row["multiplier_3_real"] == row["multiplier_4_imag"] == ""
+
+
+def test_a_branch_says_how_branches_cross_and_why_it_ends(run_command, tmp_path, monkeypatch):
+    (tmp_path / "between.json").write_text(MIRRORED.to_json(), encoding="utf-8")
+    line = f"orbits --system {tmp_path / 'between.json'} --initial 0 0 0 0"
+    code, out, err = run_command(f"{line} --follow drive-frequency 0.9 1.9")
+    assert (code, err) == (0, "")
+    known = symmetric().bifurcations
+    rows = [row.split("  ") for row in out.splitlines()[1:4]]
+    assert [row[0] for row in rows] == [
+        "grazing",
+        *["branch_point (symmetry-breaking pitchfork)"] * 2,
+    ]
+    assert [next(filter(None, row[1:])).strip() for row in rows] == [repr(x.value) for x in known]
+    assert rows[0][-1].strip() == "circuit"
+    assert out.splitlines()[4].startswith("goes on as: the events of the motion beyond")
+    assert out.splitlines()[-1] == "ends: bound; bound"
+    # As many points as are allowed.
+    short = functools.partial(vi.follow_motion, max_points=4)
+    monkeypatch.setattr(command, "follow_motion", short)
+    code, out, _ = run_command(f"{line} --follow drive-frequency 0.9 1.9")
+    assert code == 3
+    assert out.splitlines()[-3] == "ends: points; points"
+    for place, row in zip(("first", "last"), out.splitlines()[-2:], strict=True):
+        assert row.startswith(f"{place} end: ")
+        assert "max_points" in row
