@@ -65,7 +65,7 @@ ENDS = (*REFUSALS, vi.SimulationError)
 WORK = [
     *((_core, name) for name in ("simulate", "sweep", "arrivals", "lyapunov_spectrum")),
     ("orbits.shooting", "solve_orbit"),
-    ("orbits.branches", "follow_half"),
+    ("orbits.branches", "followed"),
     ("orbits.regions", "Walk"),
     ("orbits.borders", "follow_curve"),
     ("orbits.manifolds", "first_piece"),

@@ -366,6 +366,8 @@ def calls() -> dict[str, Call]:
                 **_STEPS,
                 "bifurcation": "object",
                 "system": "object or none",
+                "both": "python's true or false",
+                "direction": "a word of a list",
                 "step": "step or none",
                 "drive_frequency": "range",
             },
