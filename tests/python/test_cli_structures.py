@@ -285,11 +285,10 @@ def test_basins_are_those_of_python(rig):
 )
 def test_what_a_diagram_shows_can_be_chosen(rig, monkeypatch, flag, impacts, sections):
     calls = []
-    monkeypatch.setattr(
-        vi.plot, "structure_bifurcation", lambda diagram, ax, **options: calls.append(options)
-    )
+    monkeypatch.setattr(vi.plot, "bifurcation", lambda _, ax, **options: calls.append(options))
     rig(f"diagram --vary phase 0 1 2 --periods 4 --keep 2 --quiet {flag} --plot d.png")
-    assert calls == [impacts, {"section": "stroboscopic", "coordinate": sections}]
+    right = {"section": "stroboscopic", "legend": False, "coordinate": sections}
+    assert calls == [impacts, right]
 
 
 def test_exponents_are_those_of_python(rig):
@@ -484,7 +483,7 @@ def test_the_explorer_of_a_structure_begins_with_the_file_and_its_flags(rig):
     exec("\n".join(lines), made)
     assert made["structure"] == MADE.replace(gap_0=0.375)
     assert made["initial"] == [[0, 0.125], [0, 0]]
-    assert "vi.plot.structure_bifurcation(diagram" in code
+    assert "vi.plot.bifurcation(diagram" in code
 
 
 def test_what_only_a_structure_has_is_refused(run_command):

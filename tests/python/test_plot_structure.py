@@ -6,7 +6,17 @@ from matplotlib import pyplot
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
-from struck import BEAM, MOVING, PRESSED, SETTLING, masses_run, moving_run, orbit, pressed_run
+from struck import (
+    BEAM,
+    MOVING,
+    PRESSED,
+    SETTLING,
+    masses_run,
+    moving_run,
+    orbit,
+    pressed_run,
+    small_diagram,
+)
 from test_plot_motion import line
 from test_symmetric_motions import sides, symmetric
 from two_masses import structure
@@ -339,3 +349,53 @@ def test_the_orbit_of_an_attractor_passes_through_its_sections():
     # It reaches its stop, and jumps there.
     assert q.max() == pytest.approx(SETTLING.stops[0].gap, abs=1e-9)
     assert np.abs(np.diff(v)).max() > 1
+
+
+def test_a_diagram_of_structures_is_coloured_as_any_other(ax):
+    diagram = vi.bifurcation_diagram(
+        MOVING, initial=[[0], [0]], drive_frequency=[0.6, 0.7, 0.8], periods=60, keep=10,
+        start=["forward", "backward"],
+    )  # fmt: skip
+    impacts = diagram.impacts
+    assert {*impacts["stop"].tolist()} == {0, 1}
+
+    def shown(**options):
+        axes = diagram.plot(ax=Figure().subplots(), **options)
+        points = axes.collections[0]
+        names = [text.get_text() for text in axes.get_legend().get_texts()]
+        return points.get_offsets(), points.get_facecolor(), names
+
+    places, colors, names = shown()
+    assert names[:2] == ["forward", "backward"]
+    assert sorted(places[:, 1]) == sorted(impacts["approach_velocity"])
+    places, colors, names = shown(color="stop", value="q", coordinate=0)
+    assert names[:2] == ["stop 0", "stop 1"]
+    for stop in (0, 1):
+        own = {*impacts["q"][impacts["stop"] == stop][:, 0].tolist()}
+        here = {tuple(c) for c, y in zip(colors.tolist(), places[:, 1], strict=True) if y in own}
+        assert len(here) == 1
+    assert "frictionless" in shown(color="regime")[2]
+    assert shown(color="label")[2]
+    fractions = vi.plot.contact_fraction(diagram, ax=ax)
+    drawn = [row.get_ydata().tolist() for row in fractions.lines]
+    assert drawn == np.reshape(diagram.contact_fraction, (2, 3)).tolist()
+    assert np.max(drawn) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"value": "x1"}, "value = 'x1' .* one of approach_velocity"),
+        ({"value": ["q"]}, r"value = \['q'\]"),
+        ({"coordinate": 1}, "coordinate = 1"),
+        ({"units": "SI"}, "units = 'SI'"),
+        ({"color": "red"}, "color must be None, 'regime', 'label', 'branch' or 'stop', not 'red'"),
+        ({"color": "stop", "section": "stroboscopic"}, "only impacts have a stop"),
+        ({"section": "poincare"}, "section must be"),
+    ],
+)
+def test_what_a_picture_of_a_diagram_does_not_take_is_named(options, words):
+    before = pyplot.get_fignums()
+    with pytest.raises(vi.ParameterError, match=words):
+        vi.plot.bifurcation(small_diagram(), **options)
+    assert pyplot.get_fignums() == before

@@ -151,8 +151,7 @@ def test_both_sections_of_a_diagram_have_one_axis():
     struck = np.unique(diagram.impact_parameter)
     assert 0 < len(struck) < 8
     one, other = (
-        vi.plot.structure_bifurcation(diagram, section=section)
-        for section in ("impact", "stroboscopic")
+        vi.plot.bifurcation(diagram, section=section) for section in ("impact", "stroboscopic")
     )
     assert one.get_xlim() == other.get_xlim() == pytest.approx((1.186, 2.614))
 

@@ -190,10 +190,10 @@ def _plot(
 
     with outputs.figure(path, 7.1, 2.8) as figure:
         left, right = figure.subplots(1, 2)
+        place = {}
         if isinstance(result, StructureDiagram):
-            place = drawn.get("coordinate", 0)
-            plot.structure_bifurcation(result, ax=left, **drawn)
-            plot.structure_bifurcation(result, section="stroboscopic", coordinate=place, ax=right)
-            return
-        plot.bifurcation(result, color="regime", ax=left, **drawn, **units)
-        plot.bifurcation(result, section="stroboscopic", legend=False, ax=right, **units)
+            place = {"coordinate": drawn.get("coordinate", 0)}
+        else:
+            drawn = {"color": "regime", **drawn}
+        plot.bifurcation(result, ax=left, **drawn, **units)
+        plot.bifurcation(result, section="stroboscopic", legend=False, ax=right, **place, **units)

@@ -271,8 +271,8 @@ class OfStructure(StructureNumbers):
         """Return the call of the package's diagram of structures."""
         own = f", coordinate={int(shown[1:])}"
         if value == STROBOSCOPIC:
-            return "vi.plot.structure_bifurcation", f"section='stroboscopic'{own}"
-        return "vi.plot.structure_bifurcation", f"value={value!r}{own if value == 'q' else ''}"
+            return "vi.plot.bifurcation", f"section='stroboscopic'{own}"
+        return "vi.plot.bifurcation", f"value={value!r}{own if value == 'q' else ''}"
 
 
 def _arguments(fields: Mapping[str, Any]) -> str:

@@ -30,7 +30,6 @@ from .solutions import (
     stability_handles,
     stability_map,
 )
-from .structure_diagram import structure_bifurcation
 from .style import (
     BIFURCATION_STYLES,
     PARAMETER_SYMBOLS,
@@ -93,7 +92,6 @@ __all__ = [
     "stability_handles",
     "stability_map",
     "stroboscopic",
-    "structure_bifurcation",
     "time_history",
     "verification",
 ]

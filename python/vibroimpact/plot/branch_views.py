@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Literal, Self
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from ..arguments import count, reject
@@ -16,12 +15,10 @@ from ..orbits.branch import AT_IMPACTS, AT_SECTIONS
 from ..orbits.structure_piece import AT_STOP_SECTIONS, AT_STOPS, StructurePiece
 from ..scales import Units, in_si
 from ..structure import Structure
-from ..sweeps import Diagram
-from ..sweeps.structure_diagram_results import StructureDiagram
-from .diagram import bifurcation, section_symbols
+from .diagram import section_symbols
 from .given import chosen, usual_value
 from .parameter_units import piece_axis, piece_factors, with_unit
-from .structure_diagram import structure_bifurcation, value_label
+from .structure_diagram import value_label
 from .style import at_drive_phase
 from .units import AxisUnits
 
@@ -67,25 +64,6 @@ class SystemView:
             one = len(phases) == 1 and name != "phase"
             label = at_drive_phase(label, phases.pop() if one else None)
         return cls(section, value, factor, text, with_unit(label, value, is_si=is_si), is_si)
-
-    def check_diagram(self, diagram: Any, name: str) -> None:
-        """Refuse another diagram than one over the same parameter."""
-        if not isinstance(diagram, Diagram):
-            reject("diagram", diagram, "a vibroimpact.Diagram or None")
-        if diagram.parameter_name != name:
-            reject("diagram", diagram, f"a diagram over {name}, the parameter of the branches")
-
-    def draw_diagram(self, diagram: Any, size: float, ax: Axes) -> None:
-        """Draw the diagram."""
-        bifurcation(
-            diagram,
-            section=self.section,  # type: ignore[arg-type]
-            value=self.value,
-            size=size,
-            legend=False,
-            units="SI" if self.is_si else None,
-            ax=ax,
-        )
 
     def heights(self, piece: Piece) -> Array:
         """Return what is drawn of a piece, a column for each impact or section."""
@@ -141,25 +119,6 @@ class StructureView:
         factor, text = piece_axis(branches[0].parameter, systems[0], is_si=False)
         label = value_label(section, value, coordinate)
         return cls(section, value, coordinate, factor, text, label)
-
-    def check_diagram(self, diagram: Any, name: str) -> None:
-        """Refuse another diagram than one over the same number."""
-        if not isinstance(diagram, StructureDiagram):
-            reject("diagram", diagram, "a StructureDiagram or None")
-        if diagram.parameter_name != name:
-            reject("diagram", diagram, f"a diagram over {name}, the parameter of the branches")
-
-    def draw_diagram(self, diagram: Any, size: float, ax: Axes) -> None:
-        """Draw the diagram."""
-        structure_bifurcation(
-            diagram,
-            section=self.section,  # type: ignore[arg-type]
-            value=self.value,
-            coordinate=self.coordinate,
-            size=size,
-            legend=False,
-            ax=ax,
-        )
 
     def heights(self, piece: Piece) -> Array:
         """Return what is drawn of a piece, a column for each impact or section."""

@@ -29,7 +29,7 @@ from ..structure import Structure
 from ..sweeps import Diagram
 from ..sweeps.structure_diagram_results import StructureDiagram
 from .branch_views import StructureView, SystemView, View
-from .diagram import no_impact_handles
+from .diagram import bifurcation, no_impact_handles
 from .given import expected
 from .parameter_units import piece_label
 from .style import (
@@ -154,10 +154,23 @@ def branches(
     else:
         view = SystemView.checked(many, section, value, coordinate, units)
     if diagram is not None:
-        view.check_diagram(diagram, name)
+        wanted = StructureDiagram if of_structures else Diagram
+        if not isinstance(diagram, wanted):
+            reject("diagram", diagram, f"a vibroimpact.{wanted.__name__} or None")
+        if diagram.parameter_name != name:
+            reject("diagram", diagram, f"a diagram over {name}, which the branches are over")
     ax = new_axes(ax)
     if diagram is not None:
-        view.draw_diagram(diagram, _DIAGRAM_SIZE, ax)
+        bifurcation(
+            diagram,
+            section=section,
+            value=view.value,
+            coordinate=coordinate if of_structures else None,
+            size=_DIAGRAM_SIZE,
+            legend=False,
+            units=units,
+            ax=ax,
+        )
         ax.collections[0].set_color(_DIAGRAM_GREY)
     for number, branch in enumerate(many):
         _lines(ax, branch, view, _COLORS[number % len(_COLORS)])
@@ -165,7 +178,7 @@ def branches(
         _marks(ax, kind, many, view, size)
     if legend:
         handles = branch_handles(many, names=True)
-        if isinstance(diagram, Diagram):
+        if diagram is not None:
             handles += no_impact_handles(diagram)
         legend_above(ax, handles, columns=3)
     ax.autoscale_view()

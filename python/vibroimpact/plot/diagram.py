@@ -7,7 +7,7 @@ drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), theory page, section 6
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -21,7 +21,9 @@ from ..arguments import naming
 from ..errors import ParameterError
 from ..scales import Units, in_si
 from ..sweeps import Diagram
-from .given import expected, usual_value
+from ..sweeps.diagram_results import AnyDiagram
+from ..sweeps.structure_diagram_results import StructureDiagram
+from .given import expected, of_structure, of_system, usual_value
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .mesh import strip
 from .parameter_units import (
@@ -31,6 +33,7 @@ from .parameter_units import (
     point_factors,
     with_unit,
 )
+from .structure_diagram import heights_of_structures, stop_colors
 from .style import (
     BLACK,
     BLUE,
@@ -84,11 +87,12 @@ _CHATTER_TEXT = r"complete chatter ($m$-$\infty$)"
 
 @naming
 def bifurcation(
-    diagram: Diagram,
+    diagram: Diagram | StructureDiagram,
     *,
     section: Literal["impact", "stroboscopic"] = "impact",
     value: str | None = None,
-    color: Literal["regime", "label", "branch"] | None = None,
+    coordinate: int | None = None,
+    color: Literal["regime", "label", "branch", "stop"] | None = None,
     size: float = 1.0,
     legend: bool = True,
     units: Units | None = None,
@@ -107,18 +111,23 @@ def bifurcation(
 
     Parameters
     ----------
-    diagram : Diagram
+    diagram : Diagram or StructureDiagram
         Result of `vibroimpact.bifurcation_diagram`.
     section : {"impact", "stroboscopic"}
         Section (48a) or (48b) of the paper.
     value : str, optional
         What of the section: "x1", "v1", "v2", "phase", "approach_velocity" or "energy_loss" at
         impact; "x1", "v1", "x2" or "v2" once per drive period. By default "x1", but the approach
-        velocity where body 2 is a wall at rest: x1 at impact is the place of the wall there.
-    color : {"regime", "label", "branch"} or None
-        Colour each impact by its regime (only impacts have one), or each point by the label of its
-        motion or by its branch; then the points are drawn in a fixed random order, so that no
-        colour hides the others. None: by branch if there are several, else black.
+        velocity where body 2 is a wall at rest: x1 at impact is the place of the wall there. Of
+        structures "approach_velocity", the default, "phase", "impulse_normal", "energy_loss", "q",
+        "v_pre" or "v_post" at impact; "q", the default, or "v" once per drive period.
+    coordinate : int, optional
+        Of structures this one of "q" and the velocities, from 0, the default.
+    color : {"regime", "label", "branch", "stop"} or None
+        Colour each impact by its regime (only impacts have one), each point by the label of its
+        motion or by its branch, or each impact of structures by its stop; then the points are drawn
+        in a fixed random order, so that no colour hides the others. None: by branch if there are
+        several; else impacts of structures by stop, if there are several; else black.
     size : float
         Area of a point in square points, as in `matplotlib.axes.Axes.scatter`. Below 1, a picture
         of 100 dots per inch or less shows none; 0.25 suits dense diagrams in print.
@@ -137,8 +146,8 @@ def bifurcation(
     Raises
     ------
     ParameterError
-        If `diagram` is something else, `section`, `value` or `color` is unknown, or regimes are
-        asked for on the stroboscopic section.
+        If `diagram` is something else, `section`, `value` or `color` is unknown, or regimes or
+        stops are asked for on the stroboscopic section.
 
     Examples
     --------
@@ -151,9 +160,55 @@ def bifurcation(
     >>> vi.plot.bifurcation(diagram, section="stroboscopic", value="v1").get_ylabel()
     '$\\dot x_1$ once per drive period, at $\\psi = 0$'
     """
-    diagram = expected("diagram", diagram, Diagram)
+    if not isinstance(diagram, StructureDiagram):
+        diagram = expected("diagram", diagram, Diagram)
     if section not in SECTION_LABELS:
         raise ParameterError(f"section must be 'impact' or 'stroboscopic', not {section!r}")
+    drawn = _section(diagram, section, value, coordinate, units)
+    by = _color(diagram, section, color)
+
+    ax = new_axes(ax)
+    impacts = section == "impact"
+    parameter = diagram.impact_parameter if impacts else diagram.stroboscopic_parameter
+    parameter, values = drawn.factor * parameter, drawn.factor * diagram.values
+    heights = drawn.heights
+    colors, handles = _colors(diagram, section, by)
+    if by is not None:
+        order = np.random.default_rng(0).permutation(len(heights))
+        parameter, heights, colors = parameter[order], heights[order], colors[order]
+    ax.scatter(parameter, heights, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
+
+    # With colours by label, chatter has a colour already, and so have points without impact.
+    handles += _chatter_strip(ax, diagram, values) if by != "label" else []
+    if impacts or by != "label":
+        handles += _no_impact_strip(ax, diagram, values)
+    handles += _status_rug(ax, diagram, values)
+    curve_legend(ax, legend, handles)
+    along_parameter(ax, values, drawn.name)
+    ax.set_ylabel(drawn.text)
+    if drawn.value == "phase":
+        phase_axis(ax, "y")
+    return ax
+
+
+class _Section(NamedTuple):
+    """What of a section is drawn, its heights with their name, and the factor and name along."""
+
+    value: str
+    heights: Array
+    text: str
+    factor: float
+    name: str
+
+
+def _section(
+    diagram: Diagram | StructureDiagram, section: str, value: Any, coordinate: Any, units: Any
+) -> _Section:
+    if isinstance(diagram, StructureDiagram):
+        of_system(units=units)
+        found = heights_of_structures(diagram, section, value, coordinate)
+        return _Section(*found, 1.0, grid_label(diagram, diagram.parameter_name))
+    of_structure(coordinate=coordinate)
     symbols = section_symbols(section)
     if value is None:
         value = usual_value(section, diagram)
@@ -161,44 +216,37 @@ def bifurcation(
         raise ParameterError(
             f"value must be one of {', '.join(symbols)} on the {section} section, not {value!r}"
         )
-    if color not in (None, "regime", "label", "branch"):
-        raise ParameterError(f"color must be None, 'regime', 'label' or 'branch', not {color!r}")
-    if color == "regime" and section == "stroboscopic":
-        raise ParameterError("color='regime' needs section='impact': only impacts have a regime")
-    if color is None and diagram.branch.any():
-        color = "branch"
     is_si = in_si(units)
     factors = point_factors(diagram, value) if is_si else None
     factor, name = _parameter(diagram, is_si=is_si)
-
-    ax = new_axes(ax)
+    offset, text = diagram.offset, symbols[value]
     if section == "impact":
-        parameter, heights = diagram.impact_parameter, np.asarray(getattr(diagram, value))
+        heights = np.asarray(getattr(diagram, value))
     else:
-        parameter = diagram.stroboscopic_parameter
+        offset, text = diagram.stroboscopic_offset, _stroboscopic(text, diagram)
         heights = diagram.stroboscopic[:, [*symbols].index(value)]
     if factors is not None:
-        offset = diagram.offset if section == "impact" else diagram.stroboscopic_offset
         heights = heights * np.repeat(factors, np.diff(offset))
-    parameter, values = factor * parameter, factor * diagram.values
-    colors, handles = _colors(diagram, section, color)
-    if color is not None:
-        order = np.random.default_rng(0).permutation(len(heights))
-        parameter, heights, colors = parameter[order], heights[order], colors[order]
-    ax.scatter(parameter, heights, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
+    return _Section(value, heights, with_unit(text, value, is_si=is_si), factor, name)
 
-    # With colours by label, chatter has a colour already, and so have points without impact.
-    handles += _chatter_strip(ax, diagram, values) if color != "label" else []
-    if section == "impact" or color != "label":
-        handles += _no_impact_strip(ax, diagram, values)
-    handles += _status_rug(ax, diagram, values)
-    curve_legend(ax, legend, handles)
-    along_parameter(ax, values, name)
-    text = symbols[value] if section == "impact" else _stroboscopic(symbols[value], diagram)
-    ax.set_ylabel(with_unit(text, value, is_si=is_si))
-    if value == "phase":
-        phase_axis(ax, "y")
-    return ax
+
+def _color(diagram: Diagram | StructureDiagram, section: str, color: Any) -> str | None:
+    """Return by what points are coloured."""
+    known = ["regime", "label", "branch"]
+    stops = isinstance(diagram, StructureDiagram)
+    known += ["stop"] if stops else []
+    if color is not None and (not isinstance(color, str) or color not in known):
+        named = ", ".join(map(repr, known[:-1]))
+        raise ParameterError(f"color must be None, {named} or {known[-1]!r}, not {color!r}")
+    if color in ("regime", "stop") and section == "stroboscopic":
+        raise ParameterError(f"color={color!r} needs section='impact': only impacts have a {color}")
+    if color is not None:
+        return str(color)
+    if diagram.branch.any():
+        return "branch"
+    if isinstance(diagram, StructureDiagram) and section == "impact":
+        return "stop" if len(np.unique(diagram.impacts["stop"])) > 1 else None
+    return None
 
 
 def section_symbols(section: str) -> dict[str, str]:
@@ -213,13 +261,17 @@ def _stroboscopic(text: str, diagram: Diagram) -> str:
     return at_drive_phase(text, diagram.system.phase + diagram.settings.section_phase)
 
 
-def _colors(diagram: Diagram, section: str, color: str | None) -> tuple[Any, list[Artist]]:
+def _colors(diagram: Any, section: str, color: str | None) -> tuple[Any, list[Artist]]:
     """Return the colour of each point of the section, and the legend entries.
 
     Colours are numbers, because matplotlib reads colours given as text one by one.
     """
+    if isinstance(diagram, StructureDiagram) and color == "stop":
+        stops, which, handles = stop_colors(diagram)
+        return to_rgba_array(stops)[which], handles
     if color == "regime":
-        regime = np.asarray(diagram.regime)
+        structures = isinstance(diagram, StructureDiagram)
+        regime = np.asarray(diagram.impacts["regime"] if structures else diagram.regime)
         handles = regime_handles(np.unique(regime).tolist(), shapes=False)
         return to_rgba_array([REGIME_STYLES[each].color for each in Regime])[regime], handles
     offset = diagram.offset if section == "impact" else diagram.stroboscopic_offset
@@ -247,7 +299,7 @@ def branch_color(number: int) -> str:
     return _BRANCH_COLORS[number % len(_BRANCH_COLORS)]
 
 
-def branch_names(diagram: Diagram) -> list[str]:
+def branch_names(diagram: AnyDiagram[Any]) -> list[str]:
     """Return names that distinguish the branches: direction, initial state, or both."""
     initials, starts = diagram.settings.initial, diagram.settings.start
     names = []
@@ -256,14 +308,14 @@ def branch_names(diagram: Diagram) -> list[str]:
         if len(set(starts)) > 1 or start != "fresh":
             parts.append(start)
         if len(set(initials)) > 1 or not parts:
-            parts.append("from (" + ", ".join(f"{value:g}" for value in initial) + ")")
+            parts.append("from (" + ", ".join(f"{value:g}" for value in np.ravel(initial)) + ")")
         names.append(" ".join(parts))
     return names
 
 
 @naming
-def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
-    r"""Draw the part of the time that the bodies are in sustained contact against the parameter.
+def contact_fraction(diagram: Diagram | StructureDiagram, *, ax: Axes | None = None) -> Axes:
+    r"""Draw the part of the time in sustained contact against the parameter.
 
     The time is that of the kept drive periods, so that for a settled motion this is the part of
     the drive period. Values where nothing is kept leave a gap. Several branches have the colours of
@@ -271,7 +323,7 @@ def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
 
     Parameters
     ----------
-    diagram : Diagram
+    diagram : Diagram or StructureDiagram
         Result of `vibroimpact.bifurcation_diagram`; its values must increase or decrease.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure if None.
@@ -296,7 +348,8 @@ def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
     >>> vi.plot.contact_fraction(diagram).get_xlabel()
     '$\\omega$'
     """
-    diagram = expected("diagram", diagram, Diagram)
+    if not isinstance(diagram, StructureDiagram):
+        diagram = expected("diagram", diagram, Diagram)
     ax = new_axes(ax)
     fractions = np.asarray(diagram.contact_fraction).reshape(-1, len(diagram.values))
     for number, fraction in enumerate(fractions):
@@ -304,7 +357,7 @@ def contact_fraction(diagram: Diagram, *, ax: Axes | None = None) -> Axes:
         color = BLACK if len(fractions) == 1 else branch_color(number)
         ax.plot(diagram.values, fraction, color=color, lw=0.7)
     ax.set_ylim(bottom=0.0)
-    along_parameter(ax, diagram.values, _parameter(diagram, is_si=False)[1])
+    along_parameter(ax, diagram.values, grid_label(diagram, diagram.parameter_name))
     ax.set_ylabel("part in contact")
     return ax
 
@@ -318,7 +371,7 @@ def _parameter(diagram: Diagram, *, is_si: bool) -> tuple[float, str]:
 
 
 @naming
-def chatter_handles(diagram: Diagram) -> list[Artist]:
+def chatter_handles(diagram: AnyDiagram[Any]) -> list[Artist]:
     """Return the legend entry of complete chatter, if any value of the diagram has it.
 
     Examples
@@ -344,13 +397,13 @@ def square(color: str, text: str) -> Line2D:
     )
 
 
-def _on_any_branch(diagram: Diagram, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _on_any_branch(diagram: AnyDiagram[Any], chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Tell of each value whether one of its points is chosen."""
     return np.asarray(chosen.reshape(-1, len(diagram.values)).any(axis=0))
 
 
 @naming
-def no_impact_handles(diagram: Diagram) -> list[Artist]:
+def no_impact_handles(diagram: AnyDiagram[Any]) -> list[Artist]:
     """Return the legend entry of motions without impact, if some value has only those.
 
     Examples
@@ -369,13 +422,13 @@ def no_impact_handles(diagram: Diagram) -> list[Artist]:
     return [square(_NO_IMPACT_GREY, _NO_IMPACT_TEXT)]
 
 
-def _without_impact(diagram: Diagram) -> NDArray[np.bool_]:
+def _without_impact(diagram: AnyDiagram[Any]) -> NDArray[np.bool_]:
     """Tell of each value whether all its runs came to their end and kept no impact."""
     quiet = (np.diff(diagram.offset) == 0) & np.isin(diagram.status, [*_ENDED])
     return ~_on_any_branch(diagram, ~quiet)
 
 
-def _chatter_strip(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
+def _chatter_strip(ax: Axes, diagram: AnyDiagram[Any], values: Array) -> list[Artist]:
     """Mark the values with complete chatter along the top axis; return the legend entry."""
     handles = chatter_handles(diagram)
     if handles:
@@ -384,7 +437,7 @@ def _chatter_strip(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
     return handles
 
 
-def _no_impact_strip(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
+def _no_impact_strip(ax: Axes, diagram: AnyDiagram[Any], values: Array) -> list[Artist]:
     """Mark the values without impact along the top axis; return the legend entry."""
     handles = no_impact_handles(diagram)
     if handles:
@@ -392,7 +445,7 @@ def _no_impact_strip(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
     return handles
 
 
-def _status_rug(ax: Axes, diagram: Diagram, values: Array) -> list[Artist]:
+def _status_rug(ax: Axes, diagram: AnyDiagram[Any], values: Array) -> list[Artist]:
     """Mark every value whose run ended early; return the legend entries."""
     status = np.asarray(diagram.status)
     entries: list[Artist] = []

@@ -40,7 +40,6 @@ from .motion import time_history
 from .multipliers import multipliers
 from .orbit import orbit
 from .solutions import motion_branches, stability_map
-from .structure_diagram import structure_bifurcation
 from .verification import verification
 
 
@@ -72,7 +71,7 @@ _FUNCTIONS: dict[type, Callable[..., Any]] = {
     PeriodicMotion: orbit,
     StabilityRegion: bifurcation_curves,
     UnstableManifold: manifold,
-    StructureDiagram: structure_bifurcation,
+    StructureDiagram: bifurcation,
     StructureOrbit: orbit,
     StructureSpectrum: lyapunov,
     Verification: verification,

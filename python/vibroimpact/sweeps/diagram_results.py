@@ -115,6 +115,25 @@ class AnyDiagram(GridResult, ABC, Generic[RunT]):
         run: RunT = verb("run_of_point")(self, i)
         return run
 
+    def plot(self, **options: Any) -> "Axes":
+        r"""Draw the diagram, by ``vi.plot.bifurcation``.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.bifurcation``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> diagram.plot().get_xlabel()
+        '$\\omega$'
+        """
+        return super().plot(**options)
+
     def to_pandas(self, rows: Rows = "impact") -> "pandas.DataFrame":
         """Return the diagram as a data frame.
 
@@ -288,25 +307,6 @@ class Diagram(AnyDiagram[Run]):
     """
 
     kind = "diagram"
-
-    def plot(self, **options: Any) -> "Axes":
-        r"""Draw the diagram, by ``vi.plot.bifurcation``.
-
-        Parameters
-        ----------
-        **options
-            As in ``vi.plot.bifurcation``.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Examples
-        --------
-        >>> diagram.plot().get_xlabel()
-        '$\\omega$'
-        """
-        return super().plot(**options)
 
     def _impact_columns(self) -> dict[str, Any]:
         names = ("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss", "regime")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,9 +10,6 @@ from ..interruption import interruptible
 from ..structure_run import StructureRun
 from ..tables import Table, of_columns
 from .diagram_results import AnyDiagram
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 @interruptible
@@ -42,25 +39,6 @@ class StructureDiagram(AnyDiagram[StructureRun]):
         columns = {entry.name: self.columns[entry.name] for entry in impacts.fields}
         names = {"impact_phase": "phase"}
         return of_columns({names.get(name, name): rows for name, rows in columns.items()})
-
-    def plot(self, **options: Any) -> Axes:
-        r"""Draw a section against the varied number, by ``vi.plot.structure_bifurcation``.
-
-        Parameters
-        ----------
-        **options
-            As in ``vi.plot.structure_bifurcation``.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Examples
-        --------
-        >>> diagram.plot().get_xlabel()
-        '$\\omega$'
-        """
-        return super().plot(**options)
 
     def _impact_columns(self) -> dict[str, Any]:
         columns: dict[str, Any] = {}
