@@ -184,6 +184,39 @@ def test_both_ways_are_the_two_sides():
     assert middle.state == pytest.approx(symmetric_motion().state, abs=1e-9)
 
 
+@functools.cache
+def ring():
+    """A mass whose motions without symmetry form a closed branch through both branch points."""
+    stops = [vi.Stop([0.2], 0.25, 0.73), vi.Stop([-0.2], 0.25, 0.73)]
+    between = vi.Structure(
+        [[1.56]], [[1.14]], stops, damping=[[0.057]], drive_amplitude=[2.07], drive_frequency=1.14
+    )
+    return vi.simulate(between, initial=REST[1], periods=400, keep=100).refine()
+
+
+@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("max_step", [0.01, 0.05, 0.07, 0.2])
+def test_a_branch_that_comes_back_to_its_branch_point_is_closed(number, max_step):
+    ranges = {"drive_frequency": (0.91, 1.48)}
+    points = ring().follow(**ranges).of_kind("branch_point")
+    assert len(points) == 2
+    known = sorted(point.value for point in points)
+    for options in ({}, {"both": False}, {"both": False, "direction": -1}):
+        closed = vi.switch_branch(points[number], max_step=max_step, **options, **ranges)
+        assert closed.ends[1] == "closed"
+        assert [str(each.kind) for each in closed.bifurcations] == ["branch_point"] * 2
+        values = sorted(each.value for each in closed.bifurcations)
+        assert values == pytest.approx(known, abs=1e-12)
+        # Both mirror images are on it.
+        one, image = closed.at(0.97)
+        later = image.trajectory(one.system.drive_period * np.array([0.2, 0.7]))
+        assert one.trajectory(one.system.drive_period * np.array([0.7, 0.2]))[:, 0] == (
+            pytest.approx(-later[:, 0], abs=1e-9)
+        )
+        assert one.stable
+        assert image.stable
+
+
 @pytest.mark.parametrize(("number", "omega", "label"), [
     (0, 0.95, "1-1"), (0, 1.0, "1-1"), (0, 1.05, "1-1"), (1, 1.738, "1-2"), (1, 1.7395, "1-2")
 ])  # fmt: skip

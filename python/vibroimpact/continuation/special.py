@@ -13,7 +13,7 @@ import numpy as np
 
 from .branching import MISS, directions, refine_branch_point
 from .names import TURNING_POINTS, OwnTest, PathEnd
-from .newton import Array, NewtonReport
+from .newton import SINGULAR, Array, NewtonReport
 from .path import Limits, Point, SpecialPoint
 from .step import RESOLUTION, SAME_POINT, Rejected, Step, bracket
 
@@ -23,6 +23,10 @@ _BRANCH_POINT_RESOLUTION = 1e-6
 # A fold nearer to a branch point or cusp than this part of the step is the same point: dp/ds also
 # changes sign where a branch meets a symmetric one.
 _SAME_EVENT = 1e-4
+# A path comes back to a branch point at which it began if the interpolated curve passes it at this
+# part of the step, and with a tangent whose cosine is at least this: another branch crosses there.
+_PASSES = 1e-2
+_SAME_WAY = 0.9
 # Events nearer to each other than this part of the step are at one place.
 _SAME_PLACE = 1e-7
 # Tests are compared this part of the way to a point at which a path stops before it. A multiplier
@@ -106,9 +110,10 @@ def _branch_point(step: Step, end: Point) -> SpecialPoint | None:
     before, after = origin.tests.get(name, 0.0), end.tests.get(name, math.nan)
     if not _changes(before, after):
         return None
-    best = other = origin
-    # Within rounding of the origin it is that itself.
-    if abs(before) >= _BRANCH_POINT_RESOLUTION * abs(after):
+    # Within rounding of an end it is that itself.
+    best = other = origin if abs(before) < abs(after) else end
+    least, largest = sorted((abs(before), abs(after)))
+    if least >= _BRANCH_POINT_RESOLUTION * largest:
         guess = step.interpolated((0.0, length), origin, end, length * before / (before - after))
         z = _refined(step, guess, end)
         if z is not None and 0.0 <= step.s(z) <= length:
@@ -185,10 +190,13 @@ def located(
     """
     crossing = _branch_point(step, end)
     found = [] if crossing is None else [crossing]
-    # The origin may be a branch point, too: a path may begin there.
+    length = step.s(end.z)
+    # The ends may be branch points, too: a path may begin there, and come back.
     crossings = [0.0, *(step.s(point.z) for point in found)]
+    if abs(end.tests[OwnTest.BRANCH_POINT]) < SINGULAR:
+        crossings.append(length)
     stations = [step.origin, end]
-    if crossing is not None and SAME_POINT < crossings[1] < step.s(end.z) - SAME_POINT:
+    if crossing is not None and SAME_POINT < crossings[1] < length - SAME_POINT:
         as_point = {each.name: getattr(crossing, each.name) for each in fields(Point)}
         stations.insert(1, Point(**as_point))
     while True:
@@ -265,7 +273,10 @@ def leaving(step: Step, stations: list[Point], limits: Limits) -> Point | None:
 
 
 def closing(step: Step, end: Point, home: Point) -> Point | None:
-    """Return the start of a path again if the step to ``end`` passes through it."""
+    """Return the start of a path again if the step to ``end`` passes through it.
+
+    Beside a branch point no solution can be asked for: there the interpolated curve tells.
+    """
     sizes = step.sizes
     row = home.tangent / sizes**2
 
@@ -276,6 +287,14 @@ def closing(step: Step, end: Point, home: Point) -> Point | None:
     near = all(np.linalg.norm((x.z - home.z) / sizes) <= reach for x in (step.origin, end))
     if not near or not ahead(step.origin) < 0.0 <= ahead(end):
         return None
+    if abs(home.tests[OwnTest.BRANCH_POINT]) < SINGULAR:
+        s, length = step.s(home.z), step.s(end.z)
+        guess = step.interpolated((0.0, length), step.origin, end, s)
+        off = float(np.linalg.norm((guess - home.z) / sizes))
+        along = float(step.tangent @ (home.tangent / sizes))
+        if not 0.0 < s <= length or off > _PASSES * length or along < _SAME_WAY:
+            return None
+        return replace(home, arclength=step.origin.arclength + s)
     best, _ = bracket(step, ahead, step.origin, end, resolution=RESOLUTION)
     if np.linalg.norm((best.z - home.z) / sizes) > SAME_POINT:
         return None

@@ -217,7 +217,7 @@ def bracket(
             trial = step.between((b[0], a[0]), b[2], a[2], s)
             new = (s, value(trial), trial)
         except Rejected:
-            if min(width, *(abs(s - crossing) for crossing in crossings)) <= give_up:
+            if min([width, *(abs(s - crossing) for crossing in crossings)]) <= give_up:
                 break
             raise
         if (new[1] > 0.0) == (b[1] > 0.0):

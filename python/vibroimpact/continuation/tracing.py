@@ -210,10 +210,13 @@ def _take(step: Step, length: float, start: Point, limits: Limits, settings: Ste
         end = _End(edge, PathEnd.BOUND)
         found = [event for event in found if event.arclength <= edge.arclength]
     own = 0.0
+    # At a branch point the start's own events can only be located so well.
+    singular = abs(start.tests[OwnTest.BRANCH_POINT]) < SINGULAR
+    beside = SMALL_BRACKET * step.s(end.point.z) if singular else SAME_POINT
     if step.origin is start:
-        # At a branch point the start's own events can only be located so well.
-        singular = abs(start.tests[OwnTest.BRANCH_POINT]) < SINGULAR
-        own = SMALL_BRACKET * step.s(end.point.z) if singular else SAME_POINT
+        own = beside
+    if end.reason is PathEnd.CLOSED and singular:
+        found = [event for event in found if event.arclength < end.point.arclength - beside]
     for event in found:
         if event.arclength < own:
             end.at_start.append(event)

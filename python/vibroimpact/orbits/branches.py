@@ -205,8 +205,8 @@ def switch_branch(
     Returns
     -------
     Branch
-        Its first point is the bifurcation; if it goes both ways from a branch point, that is among
-        its bifurcations.
+        Its first point is the bifurcation. A branch point is among its bifurcations if the branch
+        goes both ways, or closes.
 
     Raises
     ------

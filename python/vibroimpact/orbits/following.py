@@ -148,11 +148,13 @@ def followed(
             branch = joined(settings.parameter, halves, both)
             raise Interrupted("interrupted along a branch", branch)
         if half.end is PathEnd.CLOSED:
-            # Its start is among its bifurcations if it is one.
             break
-    else:
-        if both and here is not None:
-            halves[1].bifurcations.insert(0, here)
+    closed = halves[-1].end is PathEnd.CLOSED
+    if here is not None and (both or closed):
+        # The first direction is reversed; a closed branch ends where it began.
+        found = halves[-1].bifurcations
+        found[:] = [point for point in found if not _same_border(point, here)]
+        found.insert(len(found) if closed else 0, here)
     return joined(settings.parameter, halves, both)
 
 
