@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _core
 from ._core import StopLeg, StructureItinerary
 from .arguments import times_of
 from .fixed_arrays import FixedArrays
@@ -117,10 +118,14 @@ class StructureOrbit(FixedArrays, Shown):
     @cached_property
     def sections(self) -> Array:
         """States (m, 2, N) at the starts of the m drive periods: rows q and v."""
-        if not self.legs:
-            return self.state[None]
-        states = self.itinerary.sections(self.system._compiled, self.nodes)
-        return self.system._from_core(states)
+        system = self.system
+        if self.legs:
+            return system._from_core(self.itinerary.sections(system._compiled, self.nodes))
+        (run,), *_ = _core.simulate(
+            system._compiled, system._to_core(self.state), periods=self.m, keep=self.m
+        )
+        # Those of a run are at the ends of its periods.
+        return np.concatenate([self.state[None], system._from_core(run.stroboscopic)[:-1]])
 
     def trajectory(self, t: ArrayLike) -> Array:
         """Return the states (k, 2, N) at times ``t``, which may lie anywhere; rows q and v.

@@ -168,6 +168,21 @@ def test_a_refined_motion_repeats():
     assert abs(np.prod(found.multipliers)) == pytest.approx(shrinks, rel=1e-12)
 
 
+def test_a_motion_with_contact_has_a_section_in_each_of_its_periods():
+    pressed = SETTLING.replace(
+        restitution=0.3, static_load=[0.3], gap=0.1, drive_frequency=4.523489932885906
+    )
+    run = vi.simulate(pressed, initial=REST[1], periods=400, keep=60)
+    motion = run.refine()
+    assert (motion.m, motion.legs) == (3, ())
+    assert run.time_in_contact > 0
+    before = run.stroboscopic[-4:-1]  # the first of them ends the period before the last three
+    assert motion.sections.shape == (3, 2, 1)
+    off = [np.abs(np.roll(before, k, axis=0) - motion.sections).max() for k in range(3)]
+    assert min(off) < 1e-12
+    assert sorted(off)[1] > 0.1
+
+
 def test_a_motion_that_is_not_periodic_says_so():
     short = vi.simulate(SETTLING, initial=REST[1], periods=2)
     assert not short.refine()

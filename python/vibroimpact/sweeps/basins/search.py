@@ -251,7 +251,7 @@ def _periodic(
         return _known_or(replace(new, **_family(Family.AT_REST)), known)
     motion = run.refine()
     if motion and _is_stable(motion):
-        found = _sections(motion)
+        found = motion.sections
         new = _known_or(replace(new, sections=found, motion=motion), known)
         if new in known:
             return new
@@ -272,12 +272,3 @@ def _is_stable(motion: PeriodicMotion | StructureOrbit) -> bool:
     if isinstance(motion, PeriodicMotion):
         return motion.stable
     return motion.stability == "stable"
-
-
-def _sections(motion: PeriodicMotion | StructureOrbit) -> Array:
-    """Return the states of a motion at the starts of its drive periods."""
-    if isinstance(motion, PeriodicMotion):
-        return motion.sections
-    run: Any = simulate(motion.system, initial=motion.state, periods=motion.m)
-    sections: Array = run.stroboscopic
-    return sections
