@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
-from typing import Any, ClassVar, Self, TypeAlias, final
+from typing import Any, ClassVar, Self, TypeAlias, final, type_check_only
 
 import numpy as np
 from numpy.typing import NDArray
@@ -487,33 +487,13 @@ class StructureItinerary:
     ) -> NDArray[np.float64]:
         """State (2, N) at a time after the start of a leg, whether or not a stop is penetrated."""
 
-@final
-class StructureRun:
-    """Result of a simulation of a structure, in the coordinates of its compiled form."""
-
-    @property
-    def impacts(self) -> dict[str, NDArray[Any]]:
-        """Columns of the kept impacts."""
-
-    @property
-    def grazes(self) -> dict[str, NDArray[Any]]:
-        """Columns of the kept grazes."""
-
-    @property
-    def contacts(self) -> dict[str, NDArray[Any]]:
-        """Columns of the kept events of lasting contact."""
-
-    @property
-    def events(self) -> dict[str, NDArray[Any]]:
-        """Columns of the kept events."""
+@type_check_only
+class _AnyRun:
+    """What compiled runs of all machines have; each access builds a new array."""
 
     @property
     def stroboscopic(self) -> NDArray[np.float64]:
-        """Kept sections, (k, 2, N)."""
-
-    @property
-    def final_state(self) -> dict[str, Any]:
-        """Time, period, time in the period, mode, q, v, and which stops are closed, at the end."""
+        """Kept sections, (k, 4), of a structure (k, 2, N)."""
 
     @property
     def time_in_contact(self) -> float:
@@ -525,7 +505,7 @@ class StructureRun:
 
     @property
     def stop_detail(self) -> str:
-        """A sentence on how the run ended."""
+        """A sentence with time, impact number and state for a run that did not complete."""
 
     @property
     def kept_from(self) -> float:
@@ -545,6 +525,99 @@ class StructureRun:
     def to_json(self) -> str:
         """Everything but structure and arrays, as JSON with exact numbers."""
 
+    def period(self) -> PeriodReport:
+        """Period, impact count and label; may follow a nearby orbit for some periods."""
+
+    def resume(
+        self,
+        *,
+        periods: int | None = None,
+        time: float | None = None,
+        keep: int | None = None,
+        max_events: int | None = None,
+    ) -> Self:
+        """Continue for further periods or time; the bits are those of one long run."""
+
+@type_check_only
+class _Cells:
+    """What compiled sweeps of all machines have: a column for each quantity, n cells."""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the sweep."""
+
+    @property
+    def status(self) -> NDArray[np.int8]:
+        """(n,) place of each status in ``STATUS_NAMES``."""
+
+    @property
+    def impact_count(self) -> NDArray[np.int64]:
+        """(n,) kept impacts of each cell."""
+
+    @property
+    def stroboscopic_count(self) -> NDArray[np.int64]:
+        """(n,) kept stroboscopic states of each cell."""
+
+    @property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """(rows, 4) x1, v1, x2, v2; of structures (rows, 2, N) q and v."""
+
+    @property
+    def m(self) -> NDArray[np.int64]:
+        """(n,) period in drive periods, 0 where none was found."""
+
+    @property
+    def n(self) -> NDArray[np.int64]:
+        """(n,) impacts per orbit, -1 with complete chatter."""
+
+    @property
+    def motion(self) -> NDArray[np.int8]:
+        """(n,) place of each kind of motion in ``MOTION_NAMES``."""
+
+    @property
+    def residual(self) -> NDArray[np.float64]:
+        """(n,) largest difference of sections m periods apart."""
+
+    @property
+    def exponents(self) -> NDArray[np.float64]:
+        """(n, most) Lyapunov exponents, descending; NaN where a cell has none."""
+
+    @property
+    def exponent_errors(self) -> NDArray[np.float64]:
+        """(n, most) their standard errors."""
+
+    @property
+    def contact_fraction(self) -> NDArray[np.float64]:
+        """(n,) part of the kept window in contact; NaN where nothing is kept."""
+
+    @property
+    def final_states(self) -> NDArray[np.float64]:
+        """(n, 4) or (n, 2, N) state at the end."""
+
+@final
+class StructureRun(_AnyRun):
+    """Result of a simulation of a structure, in the coordinates of its compiled form."""
+
+    @property
+    def impacts(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept impacts."""
+
+    @property
+    def grazes(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept grazes."""
+
+    @property
+    def contacts(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept events of lasting contact."""
+
+    @property
+    def events(self) -> dict[str, NDArray[Any]]:
+        """Columns of the kept events."""
+
+    @property
+    def final_state(self) -> dict[str, Any]:
+        """Time, period, time in the period, mode, q, v, and which stops are closed, at the end."""
+
     @staticmethod
     def from_parts(
         structure: Structure,
@@ -557,9 +630,6 @@ class StructureRun:
     ) -> StructureRun:
         """A run from its structure, the text of ``to_json`` and the arrays."""
 
-    def period(self) -> PeriodReport:
-        """Period, impact count and label."""
-
     def trajectory(
         self, t: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
@@ -569,16 +639,6 @@ class StructureRun:
         self, slowest: float, most: int
     ) -> tuple[dict[str, NDArray[Any]], NDArray[np.bool_], list[BouncesEnd], bool]:
         """Impacts of the kept window and those skipped in it, as Run has them."""
-
-    def resume(
-        self,
-        *,
-        periods: int | None = None,
-        time: float | None = None,
-        keep: int | None = None,
-        max_events: int | None = None,
-    ) -> Self:
-        """Continue for further periods or time."""
 
 @final
 class Systems:
@@ -779,13 +839,11 @@ class PeriodReport:
     def label(self) -> str: ...
 
 @final
-class Run:
+class Run(_AnyRun):
     """Result of simulate; each access builds a new array."""
 
     @property
     def impacts(self) -> NDArray[np.void]: ...
-    @property
-    def stroboscopic(self) -> NDArray[np.float64]: ...
     @property
     def events(self) -> NDArray[np.void]: ...
     @property
@@ -793,23 +851,7 @@ class Run:
     @property
     def contacts(self) -> NDArray[np.void]: ...
     @property
-    def time_in_contact(self) -> float:
-        """Time in contact within the kept window."""
-    @property
     def final_state(self) -> FinalState: ...
-    @property
-    def stop_reason(self) -> str: ...
-    @property
-    def stop_detail(self) -> str:
-        """A sentence with time, impact number and state for a run that did not complete."""
-    @property
-    def kept_from(self) -> float:
-        """Start of the kept window (time)."""
-    @property
-    def impact_count(self) -> int:
-        """Impacts since t = 0, kept or not."""
-    @property
-    def interrupted(self) -> bool: ...
     def trajectory(self, t: NDArray[np.float64], forces: bool) -> tuple[NDArray[np.float64], bool]:
         """States (len(t), 4), with ``forces`` (len(t), 6); whether Ctrl-C left rows out."""
     def bounces(
@@ -819,21 +861,6 @@ class Run:
 
         The last entry says whether Ctrl-C ended it.
         """
-    def energy_audit(self) -> dict[str, float] | None:
-        """Energies and works in the kept window, by name; None after Ctrl-C."""
-    def period(self) -> PeriodReport:
-        """Period, impact count and label; may follow a nearby orbit for some periods."""
-    def resume(
-        self,
-        *,
-        periods: int | None = None,
-        time: float | None = None,
-        keep: int | None = None,
-        max_events: int | None = None,
-    ) -> Run:
-        """Continue for further periods (or time); the bits are those of one long run."""
-    def to_json(self) -> str:
-        """Everything but the arrays, as JSON with exact numbers."""
     @staticmethod
     def from_parts(
         text: str,
@@ -845,101 +872,23 @@ class Run:
     ) -> Run: ...
 
 @final
-class StructureSweep:
+class StructureSweep(_Cells):
     """Result of structure_sweep: a column for each quantity; the rows of sections are ragged."""
 
     @property
-    def interrupted(self) -> bool:
-        """Whether Ctrl-C ended the sweep."""
-    @property
-    def status(self) -> NDArray[np.int8]:
-        """(n,) place of each status in ``STATUS_NAMES``."""
-    @property
-    def impact_count(self) -> NDArray[np.int64]:
-        """(n,) kept impacts of each cell."""
-    @property
     def impacts(self) -> dict[str, NDArray[Any]]:
         """Columns of all kept impacts, as StructureRun has them."""
-    @property
-    def stroboscopic_count(self) -> NDArray[np.int64]:
-        """(n,) kept stroboscopic states of each cell."""
-    @property
-    def stroboscopic(self) -> NDArray[np.float64]:
-        """(rows, 2, N) q and v."""
-    @property
-    def m(self) -> NDArray[np.int64]:
-        """(n,) period in drive periods, 0 where none was found."""
-    @property
-    def n(self) -> NDArray[np.int64]:
-        """(n,) impacts per orbit, -1 with complete chatter."""
-    @property
-    def motion(self) -> NDArray[np.int8]:
-        """(n,) place of each kind of motion in ``MOTION_NAMES``."""
-    @property
-    def residual(self) -> NDArray[np.float64]:
-        """(n,) largest difference of sections m periods apart."""
-    @property
-    def exponents(self) -> NDArray[np.float64]:
-        """(n, most) Lyapunov exponents, descending; NaN where a cell has none."""
-    @property
-    def exponent_errors(self) -> NDArray[np.float64]:
-        """(n, most) their standard errors."""
-    @property
-    def contact_fraction(self) -> NDArray[np.float64]:
-        """(n,) part of the kept window in contact; NaN where nothing is kept."""
-    @property
-    def final_states(self) -> NDArray[np.float64]:
-        """(n, 2, N) state at the end."""
 
 @final
-class Sweep:
+class Sweep(_Cells):
     """Result of sweep: a column for each quantity; the rows of both sections are ragged."""
 
-    @property
-    def interrupted(self) -> bool:
-        """Whether Ctrl-C ended the sweep."""
-    @property
-    def status(self) -> NDArray[np.int8]:
-        """(n,) place of each status in ``STATUS_NAMES``."""
-    @property
-    def impact_count(self) -> NDArray[np.int64]:
-        """(n,) kept impacts of each cell."""
     @property
     def impact_section(self) -> NDArray[np.float64]:
         """(6, rows) x1, v1, v2, phase just before the impact, approach velocity, energy loss."""
     @property
     def regime(self) -> NDArray[np.int8]:
         """(rows,) regime of each impact."""
-    @property
-    def stroboscopic_count(self) -> NDArray[np.int64]:
-        """(n,) kept stroboscopic states of each cell."""
-    @property
-    def stroboscopic(self) -> NDArray[np.float64]:
-        """(rows, 4) x1, v1, x2, v2."""
-    @property
-    def m(self) -> NDArray[np.int64]:
-        """(n,) period in drive periods, 0 where none was found."""
-    @property
-    def n(self) -> NDArray[np.int64]:
-        """(n,) impacts per orbit, -1 with complete chatter."""
-    @property
-    def motion(self) -> NDArray[np.int8]:
-        """(n,) place of each kind of motion in ``MOTION_NAMES``."""
-    @property
-    def residual(self) -> NDArray[np.float64]:
-        """(n,) largest difference of sections m periods apart."""
-    @property
-    def exponents(self) -> NDArray[np.float64]:
-        """(n, 4) Lyapunov exponents, descending; NaN where not wanted."""
-    @property
-    def exponent_errors(self) -> NDArray[np.float64]:
-        """(n, 4) their standard errors."""
-    @property
-    def contact_fraction(self) -> NDArray[np.float64]:
-        """(n,) part of the kept window in sustained contact; NaN where nothing is kept."""
-    @property
-    def final_states(self) -> NDArray[np.float64]:
-        """(n, 4) state at the end."""
 
 @final
 class Spectrum:
