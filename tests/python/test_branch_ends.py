@@ -31,6 +31,8 @@ def test_a_cap_on_the_points_is_named():
     branch = symmetric_motion().follow(drive_frequency=(0.9, 1.9), max_points=5)
     assert branch.ends == ("points", "points")
     assert all("max_points" in why for why in branch.why_not)
+    facts = branch._facts()
+    assert (facts["first end"], facts["last end"]) == branch.why_not
 
 
 @pytest.mark.parametrize("case", ["chatter", "one_one", "slides_and_sticks"])

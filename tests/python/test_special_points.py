@@ -183,6 +183,21 @@ def test_a_branch_point_is_passed_with_steps_of_any_size_from_anywhere(seed):
     assert abs(point.other[2]) < 1e-8 * np.linalg.norm(point.other)
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-10, -1e-10, 1e-8, -1e-8])
+def test_the_extremum_at_a_pitchfork_is_no_fold_of_the_branch_that_leaves(noise):
+    problem = bent_pitchfork()
+    u, _ = solve(problem, [-0.3 * math.sin(-0.4), 0.0], -0.4)
+    (point,) = follow(problem, u, -0.4, bounds=(-1, 0.5)).special
+    tangent = point.other + np.array([0.0, 0.0, noise])
+    for way in (1, -1):
+        for step in (1e-4, 0.01, 0.1):
+            path = follow(
+                problem, point.u, point.p, tangent=tangent, direction=way, step=step, bounds=(-1, 1)
+            )
+            assert (path.end, kinds(path)) == ("bound", [])
+            assert path.p[-1, 0] == 1.0
+
+
 @pytest.mark.parametrize("miss", [1e-9, 1e-6, 1e-3])
 @pytest.mark.parametrize("step", [0.005, 0.03, 1.0])
 def test_a_pitchfork_that_is_missed_is_followed_round_its_bend(miss, step):

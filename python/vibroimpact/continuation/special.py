@@ -60,8 +60,14 @@ def _locate(
     before, after = low.tests.get(name, 0.0), high.tests.get(name, math.nan)
     if not _changes(before, after):
         return None
-    if _is_fold(name) and max(abs(before), abs(after)) < SAME_POINT:
-        return None  # along this curve the parameter is constant within rounding
+    if _is_fold(name):
+        largest = max(abs(before), abs(after))
+        if largest < SAME_POINT:
+            return None  # along this curve the parameter is constant within rounding
+        for end in (low, high):
+            singular = abs(end.tests[OwnTest.BRANCH_POINT]) < SINGULAR
+            if singular and abs(end.tests[name]) < _SAME_EVENT * largest:
+                return None
     best, other = bracket(
         step,
         value,

@@ -384,6 +384,8 @@ class Branch(Shown):
         for place, found in enumerate(self.bifurcations, 1):
             facts[f"bifurcation {place}"] = f"{found.kind} at {found.value:.12g}"
         facts["ends"] = f"{self.ends[0]}, {self.ends[1]}"
+        reasons = zip(("first end", "last end"), self.why_not, strict=True)
+        facts |= {place: why for place, why in reasons if why}
         return facts
 
     def of_kind(self, kind: str) -> list[Bifurcation]:
