@@ -399,7 +399,7 @@ def starts(initial: Any, count: int) -> NDArray[np.float64]:
             f"initial of shape {array.shape}" if array.ndim else f"initial = {in_short(initial)}"
         )
         turned = ", did you mean its transpose?" if array.shape == (count, 2) else ""
-        raise StateError(f"initial {shown} is not allowed; allowed: {wanted}{turned}")
+        raise StateError(f"{shown} is not allowed; allowed: {wanted}{turned}")
     if array.dtype.kind not in "iuf":
         raise StateError(f"initial of type {array.dtype} is not allowed; allowed: real numbers")
     result = as_floats(array)

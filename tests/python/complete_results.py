@@ -113,6 +113,15 @@ def _(run: vi.StructureRun) -> None:
 
 
 @assert_complete.register
+def _(motion: vi.StructureOrbit) -> None:
+    assert motion.stability in ("stable", "unstable", "undecided")
+    assert np.isfinite(motion.state).all()
+    assert np.isfinite(motion.multipliers).all()
+    assert motion.sections.shape == (motion.m, *motion.state.shape)
+    assert motion.n == motion.impacts.sum()
+
+
+@assert_complete.register
 def _(diagram: vi.StructureDiagram) -> None:
     assert (diagram.status != "pending").all()
     assert_table(diagram.impacts, "impacts")

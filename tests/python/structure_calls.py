@@ -211,6 +211,18 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
                 **{"store": "path or none", "gap": "axis"},
             },
         ),
+        "search_motions: structure": (
+            vi.search_motions,
+            {"system": SETTLING, "starts": [REST[1]], "periods": 60},
+            {
+                "system": "object",
+                "starts": "state of a structure",
+                "periods": "whole number > 2",
+                "seed": "whole number",
+                "workers": "whole number or none",
+            },
+            {"starts": "starts"},
+        ),
         "StructureRun.resume: time": (
             moving_run().resume,
             {"time": 1.0},

@@ -58,6 +58,37 @@ def test_the_attractor_of_a_cell_is_where_its_run_ends(basins):
             assert off.min() < 1e-6
 
 
+def test_a_search_from_the_cells_finds_their_attractors(basins):
+    cells = np.argwhere(basins.status != "overlap")
+    starts = np.array([[[PLANE["q_0"][i]], [PLANE["v_0"][j]]] for i, j in cells])
+    search = vi.search_motions(TWO, starts=starts, periods=600)
+    assert not search.others
+    labels = np.array([motion.label for motion in search.motions])[search.reached]
+    assert labels.tolist() == basins.label[tuple(cells.T)].tolist()
+    assert search.shares.tolist() == sorted(search.shares, reverse=True)
+    for motion in search.motions:
+        assert isinstance(motion, vi.StructureOrbit)
+        known = next(each for each in basins.attractors if each.label == motion.label)
+        assert np.allclose(motion.sections, known.sections, rtol=0, atol=1e-9)
+    table = search.to_pandas()
+    assert table["q_0"].tolist() == [motion.sections[0, 0, 0] for motion in search.motions]
+    assert "1-2" in repr(search)
+
+
+@pytest.mark.parametrize(
+    ("starts", "error", "words"),
+    [
+        (16, vi.ParameterError, "starts = 16 .* a structure has no usual box"),
+        (np.zeros((3, 4)), vi.StateError, r"^starts: initial of shape \(3, 4\)"),
+        ([[[0], [0]], [[1], [0]]], vi.StateError, r"^starts\[1\]: .*penetrating"),
+        (np.zeros((0, 2, 1)), vi.ParameterError, "at least one initial state"),
+    ],
+)
+def test_starts_of_a_search_are_checked(starts, error, words):
+    with pytest.raises(error, match=words):
+        vi.search_motions(TWO, starts=starts)
+
+
 def test_attractors_are_confirmed_with_their_motions(basins):
     for attractor in basins.attractors:
         assert attractor.confirmed

@@ -172,6 +172,11 @@ def test_a_start_whose_rows_are_columns_is_recognised():
         vi.simulate(three, initial=np.zeros((3, 2)), periods=1)
 
 
+def test_a_start_that_is_a_number_is_named_once():
+    with pytest.raises(vi.StateError, match=r"^initial = 0 is not allowed; allowed: rows q and v"):
+        vi.simulate(SETTLING, initial=0, periods=1)
+
+
 def test_axes_of_branches_are_named_as_those_of_diagrams():
     branch = orbit().follow(gap_0=(0.29, 0.31))
     assert branch.plot().get_xlabel() == "gap of stop 0"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,25 @@ from ..interruption import interruptible
 from ..showing import Facts, Shown
 from ..tables import frame
 from ..verbs import verb
-from .motion import PeriodicMotion, columns_of
+from .motion import columns_of
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+
+class AnyMotion(Protocol):
+    """What is told of a motion that is found, of a System or of a structure."""
+
+    @property
+    def label(self) -> str: ...  # noqa: D102
+    @property
+    def stability(self) -> str: ...  # noqa: D102
+
+
+MotionT = TypeVar("MotionT", bound=AnyMotion)
 
 
 @interruptible
@@ -92,7 +104,7 @@ class NotFound(Shown):
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MotionSearch(Shown):
+class MotionSearch(Shown, Generic[MotionT]):
     """Periodic motions reached from many starts.
 
     Attributes
@@ -104,7 +116,7 @@ class MotionSearch(Shown):
     others
         Parts of the starts that end elsewhere, by label or stop reason; ``pending`` after Ctrl-C.
     starts
-        Initial states, shape (k, 4).
+        Initial states, shape (k, 4), of a structure (k, 2, N).
     reached
         Number of the motion each start ends on, -1 for none, shape (k,).
 
@@ -118,7 +130,7 @@ class MotionSearch(Shown):
     <MotionSearch from 16 starts: 1-1 100.0%>
     """
 
-    motions: tuple[PeriodicMotion, ...]
+    motions: tuple[MotionT, ...]
     shares: Array
     others: dict[str, float]
     starts: Array

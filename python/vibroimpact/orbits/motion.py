@@ -358,9 +358,13 @@ class PeriodicMotion(FixedArrays, Shown):
         )
 
 
-def columns_of(motions: Sequence[PeriodicMotion]) -> dict[str, Any]:
+def columns_of(motions: Sequence[Any]) -> dict[str, Any]:
     """Return what a data frame says of motions, a row for each."""
-    states = np.array([motion.initial for motion in motions]).reshape(-1, 4)
+    states = np.array([motion.sections[0] for motion in motions])
+    names: Sequence[str] = ("x1", "v1", "x2", "v2")
+    if states.ndim == 3:
+        names = [f"{part}_{place}" for part in "qv" for place in range(states.shape[2])]
+    states = states.reshape(len(motions), len(names))
     return {
         "label": [motion.label for motion in motions],
         "m": [motion.m for motion in motions],
@@ -368,7 +372,7 @@ def columns_of(motions: Sequence[PeriodicMotion]) -> dict[str, Any]:
         "stable": [motion.stable for motion in motions],
         "admissible": [motion.admissible for motion in motions],
         "largest_multiplier": [float(abs(motion.multipliers[0])) for motion in motions],
-        **dict(zip(("x1", "v1", "x2", "v2"), states.T, strict=True)),
+        **dict(zip(names, states.T, strict=True)),
     }
 
 
@@ -417,7 +421,7 @@ def size_of(sections: Array) -> float:
     return max(_LEAST_SIZE, float(np.abs(sections).max()))
 
 
-def same_orbit(one: PeriodicMotion, other: PeriodicMotion) -> bool:
+def same_orbit(one: Any, other: Any) -> bool:
     """Whether two motions are the same orbit; it may begin in another drive period."""
     if (one.m, one.n) != (other.m, other.n):
         return False

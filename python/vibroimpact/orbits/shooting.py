@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +23,9 @@ from ..errors import Interrupted, StateError
 from ..interruption import interruptible
 from ..run import Run
 from ..simulation import refuse_overlap, simulate
+from ..structure import Structure
+from ..structure_motion import StructureOrbit
+from ..structure_run import StructureRun
 from ..system import System
 from .found import MotionSearch, NotFound
 from .motion import SAME_ORBIT, PeriodicMotion, same_orbit, size_of
@@ -29,6 +33,9 @@ from .problem import OrbitProblem
 from .verdict import motion_of
 
 Array = NDArray[np.float64]
+Motion = PeriodicMotion | StructureOrbit
+
+_DRIVEN = "a finite number > 0: a periodic motion needs a drive period"
 
 # Events of two orbits after which the search for their sequence is given up.
 _MAX_EVENTS = 1_000_000
@@ -131,31 +138,54 @@ def refine(run: Run) -> PeriodicMotion | NotFound:
     return motion
 
 
-def _distance(motion: PeriodicMotion, state: ArrayLike) -> float:
+def _distance(motion: Motion, state: ArrayLike) -> float:
     """Distance of a state at the start of a drive period from a motion, as part of its size."""
-    distances = np.abs(motion.sections - np.asarray(state)).max(axis=1)
-    return float(distances.min()) / size_of(motion.sections)
+    off = np.abs(motion.sections - np.asarray(state)).reshape(motion.m, -1)
+    return float(off.max(axis=1).min()) / size_of(motion.sections)
+
+
+@overload
+def search_motions(
+    system: System,
+    *,
+    starts: int | ArrayLike = ...,
+    periods: int = ...,
+    seed: int = ...,
+    workers: int | None = ...,
+) -> MotionSearch[PeriodicMotion]: ...
+
+
+@overload
+def search_motions(
+    system: Structure,
+    *,
+    starts: ArrayLike,
+    periods: int = ...,
+    seed: int = ...,
+    workers: int | None = ...,
+) -> MotionSearch[StructureOrbit]: ...
 
 
 @interruptible
 def search_motions(
-    system: System,
+    system: System | Structure,
     *,
     starts: int | ArrayLike = 64,
     periods: int = 2000,
     seed: int = 0,
     workers: int | None = None,
-) -> MotionSearch:
+) -> MotionSearch[Any]:
     """Find the periodic motions that random or given starts settle on, with their basin shares.
 
     Parameters
     ----------
     system
-        The system; drive_frequency > 0.
+        The System or Structure; drive_frequency > 0.
     starts
         Number of random starts, uniform in x1 +-0.3, x1' +-1, x2 +-0.2, x2' +-1 about the
         equilibrium under the constant loads (about 0 where the bodies have no room there; those in
-        which the bodies overlap are drawn anew), or initial states, shape (k, 4).
+        which the bodies overlap are drawn anew), or initial states, shape (k, 4). Of a structure
+        initial states, (k, 2, N): it has no usual box.
     periods
         Drive periods that each start is given to settle.
     seed
@@ -185,23 +215,29 @@ def search_motions(
     >>> search.motions[0].label
     '1-1'
     """
-    _driven(system)
+    if not isinstance(system, Structure):
+        _driven(system)
+    elif system.drive_frequency == 0.0:
+        reject("drive_frequency", 0.0, _DRIVEN)
     periods = count("periods", periods, least=8)
-    if not hasattr(starts, "__len__"):
+    seed = count("seed", seed, least=0)
+    if isinstance(system, Structure):
+        if not hasattr(starts, "__len__"):
+            reject("starts", starts, "initial states, (k, 2, N): a structure has no usual box")
+        try:
+            given = system._starts(starts)
+        except StateError as error:
+            raise StateError(f"starts: {error}") from None
+        begins = given.reshape(-1, 2, system.coordinates)
+        _check_starts(system, begins, single=given.ndim == 2)
+    elif not hasattr(starts, "__len__"):
         number = count("starts", starts, least=1, most=1_000_000)
-        begins = _random_starts(system, number, count("seed", seed, least=0))
+        begins = _random_starts(system, number, seed)
     else:
         given = states(starts, "starts")
         begins = np.atleast_2d(given)
-        if not len(begins):
-            reject("starts", starts, "at least one initial state")
-        for row, begin in enumerate(begins.tolist()):
-            try:
-                refuse_overlap(system, begin)
-            except StateError as error:
-                where = f"starts[{row}]" if given.ndim == 2 else "starts"
-                raise StateError(f"{where}: {error}") from None
-    motions: list[PeriodicMotion] = []
+        _check_starts(system, begins, single=given.ndim == 1)
+    motions: list[Motion] = []
     # For each start, in order: the number of its motion, or why it has none.
     ends: list[int | str] = []
     try:
@@ -223,13 +259,24 @@ def search_motions(
     return _searched(begins, motions, ends)
 
 
-def _end(run: Run, motions: list[PeriodicMotion]) -> int | str:
+def _check_starts(system: System | Structure, begins: Array, *, single: bool) -> None:
+    """Refuse no starts at all, and those in which the bodies overlap or a stop is penetrated."""
+    if not len(begins):
+        reject("starts", [], "at least one initial state")
+    for row, begin in enumerate(begins.tolist()):
+        try:
+            refuse_overlap(system, begin)
+        except StateError as error:
+            raise StateError(f"{'starts' if single else f'starts[{row}]'}: {error}") from None
+
+
+def _end(run: Run | StructureRun, motions: list[Motion]) -> int | str:
     """Return the number of the motion a run has settled on, which may be a new one, or why not."""
     known = _known(run, motions)
     if known is not None:
         return known
-    motion = refine(run) if run.stop_reason in ("completed", "rest") else None
-    if not isinstance(motion, PeriodicMotion) or not motion.admissible:
+    motion = run.refine() if run.stop_reason in ("completed", "rest") else None
+    if not isinstance(motion, PeriodicMotion | StructureOrbit) or not motion.admissible:
         label = run.label if run.stop_reason == "completed" else run.stop_reason
         return label if motion is None or run.period.m is None else "unresolved"
     for k, other in enumerate(motions):
@@ -240,8 +287,8 @@ def _end(run: Run, motions: list[PeriodicMotion]) -> int | str:
 
 
 def _searched(
-    begins: Array, motions: Sequence[PeriodicMotion], ends: Sequence[int | str]
-) -> MotionSearch:
+    begins: Array, motions: Sequence[Motion], ends: Sequence[int | str]
+) -> MotionSearch[Any]:
     """Return the motions of the starts, the most frequent first; others count as pending."""
     reached = np.full(len(begins), -1, dtype=np.int64)
     others: Counter[str] = Counter()
@@ -266,7 +313,7 @@ def _searched(
     )
 
 
-def _known(run: Run, motions: Sequence[PeriodicMotion]) -> int | None:
+def _known(run: Run | StructureRun, motions: Sequence[Motion]) -> int | None:
     """The motion on which a run has settled, if it is among these."""
     for k, motion in enumerate(motions):
         if run.period.m != motion.m or run.period.n != motion.n:
@@ -302,6 +349,4 @@ def _driven(system: System) -> None:
     if not isinstance(system, System):
         reject("system", system, "a vibroimpact.System")
     if system.drive_frequency == 0.0:
-        reject(
-            "drive_frequency", 0.0, "a finite number > 0: a periodic motion needs a drive period"
-        )
+        reject("drive_frequency", 0.0, _DRIVEN)

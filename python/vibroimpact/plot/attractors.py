@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -126,7 +127,7 @@ def attractor(
 
 
 @naming
-def motion_search(result: MotionSearch, *, ax: Axes | None = None) -> Axes:
+def motion_search(result: MotionSearch[Any], *, ax: Axes | None = None) -> Axes:
     """Draw the part of the starts that ends on each motion, and grey the parts that end elsewhere.
 
     Parameters
