@@ -55,7 +55,7 @@ help:
 	@echo 'make bench    all benchmarks: criterion, the bars, savings, run time against error beside other solvers'
 	@echo 'make instructions  instruction counts of the hot kernels against the committed ones (valgrind)'
 	@echo 'make stress   errors at the ends of every range, and over very long runs'
-	@echo 'make audit    a million random flights, and as many of structures, against an independent dense search'
+	@echo 'make audit    a million random flights, and as many of structures, against an independent dense search; 10,000 runs of structures'
 	@echo 'make fuzz     coverage-guided fuzzing of the Rust library; RUNS= and SECONDS_EACH= for each target, TARGETS='
 	@echo 'make fuzz-python  a hundred thousand calls from Python with any arguments, guided by coverage; RUNS=... for more'
 	@echo 'make docs     build the documentation site, Python and Rust reference included, into site/'
@@ -191,6 +191,8 @@ audit:
 	cargo run --locked --release --example contact_audit
 	cargo run --locked --release --example contact_audit -- --structures by-modes --flights 500000
 	cargo run --locked --release --example contact_audit -- --structures coupled --flights 500000
+	VIBROIMPACT_THOROUGH=yes cargo test --locked --release --test integration -- --nocapture --exact \
+		structure_runs::random_structures_end_for_a_reason_and_explain_their_energy
 
 # Needs no more than Rust, a C++ compiler and any Python.
 RUNS ?= 100000

@@ -220,8 +220,8 @@ impl<M: Model> Simulation<M> {
         self
     }
 
-    /// Absolute tolerance in time and state where something is approximated (the completion of
-    /// chatter).
+    /// Tolerance in time and state where something is approximated (the completion of chatter):
+    /// absolute for a [`System`](crate::System), of a structure a part of the scales of its motion.
     #[must_use]
     pub fn chatter_tolerance(mut self, chatter_tolerance: f64) -> Self {
         self.chatter_tolerance = chatter_tolerance;

@@ -9,6 +9,7 @@ mod support {
     pub mod audit;
     pub mod contact_ode;
     pub mod impacts;
+    pub mod random_structures;
     pub mod random_systems;
 
     use proptest::test_runner::{Config, RngSeed};
@@ -56,6 +57,7 @@ mod structure_corners;
 mod structure_orbits;
 mod structure_runs;
 mod structure_tangent;
+mod structure_units;
 mod structures;
 mod sweep;
 mod third_party;

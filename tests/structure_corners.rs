@@ -152,7 +152,7 @@ fn bounces_in_a_corner_end_after_the_sum_of_a_geometric_series() {
 #[test]
 fn falls_into_a_corner_end_and_enter_no_stop() {
     let mut rng = ChaCha8Rng::seed_from_u64(1686);
-    let (mut deepest, mut impacts, mut rest, mut caps) = (0.0f64, 0, [0; 3], 0);
+    let (mut deepest, mut lost, mut impacts, mut rest, mut caps) = (0.0f64, 0.0f64, 0, [0; 3], 0);
     let cases = draws(150, 3_000);
     for case in 0..cases {
         let mut corner = Corner::draw(&mut rng, case % 2 == 0);
@@ -181,17 +181,19 @@ fn falls_into_a_corner_end_and_enter_no_stop() {
         assert!(capped || reasons.contains(&run.stop_reason), "case {case}: {:?}", run.stop_reason);
         let depth = corner.depth(&structure, &run);
         deepest = deepest.max(depth);
-        // The tolerance of the completion of chatter is absolute.
-        assert!(depth < 1e-12 * (1.0 + 1.0 / corner.length), "case {case}: {depth:e}");
+        assert!(depth < 1e-13, "case {case}: {depth:e}");
         let audit = run.energy_audit(&CancelToken::never()).unwrap();
         let error = audit.residual().abs() / audit.total;
-        // So is what thousands of them leave in the energy.
-        assert!(error < 1e-9 + 1e-10 / corner.length, "case {case}: {error:e}");
+        lost = lost.max(error);
+        assert!(error < 1e-12, "case {case}: {error:e}");
         impacts += run.impacts.len();
         let closed = run.contacts.last().map_or(0, |row| row.closed.len());
         rest[which] += usize::from(closed == structure.stops().len());
     }
-    println!("{impacts} impacts; at rest on all stops {rest:?}; depth {deepest:e}, {caps} capped");
+    println!(
+        "{impacts} impacts; at rest on all stops {rest:?}; depth {deepest:e}, energy {lost:e}, \
+         {caps} capped"
+    );
     assert!(rest[0] > 10 && rest[1] > 10 && caps < cases / 20);
 }
 
@@ -246,8 +248,13 @@ fn runs_that_fall_dead_go_on() {
                 run.contacts.iter().filter(|row| kinds.contains(&row.kind)).count()
             };
             counts[1] += of(&[EventKind::Release]);
-            counts[2] += of(&[EventKind::Stick]);
-            counts[3] += of(&[EventKind::SlidePositive, EventKind::SlideNegative]);
+            // Slip ends in stick, or in slip the other way.
+            let slides = [EventKind::SlidePositive, EventKind::SlideNegative];
+            let pairs = run.contacts.windows(2).map(|pair| (pair[0].kind, pair[1].kind));
+            let turns = pairs
+                .filter(|(one, next)| one != next && slides.contains(one) && slides.contains(next));
+            counts[2] += of(&[EventKind::Stick]) + turns.count();
+            counts[3] += of(&slides);
             let struck = |time: f64| run.impacts.iter().filter(|row| row.time == time).count();
             most = run.impacts.iter().map(|row| struck(row.time)).fold(most, usize::max);
             let at = |time: f64| run.contacts.iter().filter(|row| row.time == time).count();
@@ -278,12 +285,12 @@ fn runs_that_fall_dead_go_on() {
             }
         }
         println!(
-            "friction {rough}, drive {driven}: {} impacts, {} releases, {} sticks, {} slides, \
+            "friction {rough}, drive {driven}: {} impacts, {} releases, {} ends of slip, {} slides, \
              {most} events of a kind at one instant, {ended} without an outcome",
             counts[0], counts[1], counts[2], counts[3]
         );
         let [met, released, stuck, slid] = counts;
         assert!(met > 30 && released > 10 && most < 8 && ended < 6, "{counts:?} {most} {ended}");
-        assert!(!rough || (stuck > 2 && slid > 10), "{counts:?}");
+        assert!(!rough || (stuck > 5 && slid > 10), "{counts:?}");
     }
 }

@@ -140,6 +140,8 @@ fn start(draw: &mut Draw, count: usize) -> StructureState {
 /// What random structures have shown.
 #[derive(Default, Debug)]
 struct Tally {
+    /// Why some are refused.
+    why: Vec<(u64, String)>,
     compared: usize,
     impacts: u64,
     chatters: usize,
@@ -159,12 +161,13 @@ fn compare(restitution: (f64, f64), friction: f64, simultaneous: Simultaneous) -
         let found = match derivative(&structure, &from, time) {
             Ok(found) => found,
             Err(
-                StructureTangentError::Stopped(
+                error @ (StructureTangentError::Stopped(
                     StopReason::Simultaneous | StopReason::SeveralFrictional | StopReason::Painleve,
                 )
                 | StructureTangentError::Chatter(..)
-                | StructureTangentError::Simultaneous(..),
+                | StructureTangentError::Simultaneous(..)),
             ) => {
+                tally.why.push((stream, error.to_string()));
                 tally.refused += 1;
                 continue;
             }
@@ -208,8 +211,9 @@ fn derivatives_are_those_of_simulated_motions() {
 fn derivatives_go_on_through_chatter_and_contact() {
     let tally = compare((0.0, 0.5), 0.0, Simultaneous::Stop);
     assert!(tally.worst < 1e-7 && tally.compared > 30 && tally.chatters > 20, "{tally:?}");
+    // Three motions come to rest on both of their stops at once, which this rule ends.
     let tally = compare((0.0, 0.5), 0.6, Simultaneous::Stop);
-    assert!(tally.worst < 1e-7 && tally.compared > 30 && tally.chatters > 12, "{tally:?}");
+    assert!(tally.worst < 1e-7 && tally.compared > 30 && tally.chatters > 14, "{tally:?}");
 }
 
 #[test]

@@ -44,6 +44,28 @@ pub trait Others: Clone + PartialEq + std::fmt::Debug {
     /// These, changed one by one.
     #[must_use]
     fn changed(&self, by: impl Fn(usize) -> f64) -> Self;
+    /// What one of them is measured in.
+    fn scale(&self, place: usize, scales: &Scales) -> f64;
+}
+
+/// What errors of an accumulation point are measured in: scales of the motion, so that no unit in
+/// which it is written plays a part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// Of times,
+    pub time: f64,
+    /// of coordinates and of velocities,
+    pub place: f64,
+    pub speed: f64,
+    /// of g',
+    pub rate: f64,
+    /// and of the velocity of slip; infinite where the velocities tell it.
+    pub slip: f64,
+}
+
+impl Scales {
+    /// Those of numbers without units.
+    pub const NONE: Self = Self { time: 1.0, place: 1.0, speed: 1.0, rate: 1.0, slip: 1.0 };
 }
 
 impl Others for [f64; 2] {
@@ -57,6 +79,10 @@ impl Others for [f64; 2] {
 
     fn changed(&self, by: impl Fn(usize) -> f64) -> Self {
         [self[0] + by(0), self[1] + by(1)]
+    }
+
+    fn scale(&self, _: usize, scales: &Scales) -> f64 {
+        scales.place
     }
 }
 
@@ -153,15 +179,15 @@ pub struct Limit<V = [f64; 2]> {
     pub others: V,
     /// Ratio by which u shrinks.
     pub ratio: f64,
-    /// Error of time and state, without rounding.
+    /// Error of time and state, without rounding, in their scales.
     pub error: f64,
 }
 
 impl<V> Limit<V> {
-    /// Rounding of the limit, where coordinates have this size and the separation velocity is the
-    /// difference of velocities of this `speed`: T = 2 u/(g''(1 - q)).
-    pub fn rounding(&self, size: f64, speed: f64, second: f64) -> f64 {
-        CHATTER_NOISE * EPS * (size + speed / (second * (1.0 - self.ratio)))
+    /// Rounding of the limit, where coordinates have this size, in its scale, and the separation
+    /// velocity is the difference of velocities of this `speed`: T = 2 u/(g''(1 - q)).
+    pub fn rounding(&self, size: f64, speed: f64, second: f64, scales: &Scales) -> f64 {
+        CHATTER_NOISE * EPS * (size + speed / (second * (1.0 - self.ratio)) / scales.time)
     }
 }
 
@@ -218,7 +244,12 @@ impl<V: Others> ChatterMonitor<V> {
 
     /// Samples an impact of a sequence that keeps its ratio, and extrapolates to u = 0; `None`
     /// while there are too few samples.
-    pub fn extrapolate(&mut self, drive: &Drive, bounce: &Bounce<V>) -> Option<Limit<V>> {
+    pub fn extrapolate(
+        &mut self,
+        drive: &Drive,
+        bounce: &Bounce<V>,
+        scales: &Scales,
+    ) -> Option<Limit<V>> {
         let (regime, character) = (bounce.regime, Some(bounce.character()));
         if matches!(regime, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution) {
             return None;
@@ -251,6 +282,12 @@ impl<V: Others> ChatterMonitor<V> {
             _ if place < 2 + others => sample.others.at(place - 2) - bounce.others.at(place - 2),
             _ => 0.0,
         };
+        let scale = |place: usize| match place {
+            0 => scales.time,
+            1 => scales.slip,
+            _ if place < 2 + others => bounce.others.scale(place - 2, scales),
+            _ => 1.0,
+        };
         let mut limits = SmallVec::<[f64; AT_ONCE]>::new();
         // The larger one of the last two differences between orders, of all numbers.
         let mut difference = 0.0f64;
@@ -263,7 +300,7 @@ impl<V: Others> ChatterMonitor<V> {
             let (high, low, lower) = (through(count), through(count - 1), through(count - 2));
             for c in 0..AT_ONCE {
                 let orders = (high[c] - low[c]).abs().max((low[c] - lower[c]).abs());
-                difference = difference.max(orders);
+                difference = difference.max(orders / scale(first + c));
             }
             limits.extend_from_slice(&high);
         }

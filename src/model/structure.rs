@@ -26,6 +26,7 @@ use crate::numerics::double_double::DoubleDouble;
 use damping::{Damping, ModalDamping};
 use modes::{Modes, NoModes, modes};
 pub use simultaneous::Simultaneous;
+pub(crate) use state::largest_number;
 pub use state::{Coordinates, StructureState};
 pub use stop::Stop;
 pub(crate) use stop::StopContactRows;

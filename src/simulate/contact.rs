@@ -48,7 +48,8 @@ impl<M: Model> Simulation<M> {
         self.point.monitor = ChatterMonitor::default();
         let place = (clock, self.drive().time(clock), self.drive().phase_at(clock));
         // With the rounding of the time in the period, on which nothing depends.
-        let error = error + EPS * clock.time_in_period;
+        let scales = self.system.scales(&self.motion, &self.flight, self.point.contact);
+        let error = error + EPS * clock.time_in_period / scales.time;
         let skipped = Skipped { impacts: impacts_skipped, time_jump, error };
         let contact = self.point.contact;
         let event = self.system.chatter_event(&self.motion, place, &leg, contact, skipped);
@@ -75,14 +76,16 @@ impl<M: Model> Simulation<M> {
             let leg = &self.point.anchor;
             let (slip, others) =
                 self.system.after_bounces(&self.motion, leg, met, bounces, stopped);
-            let limit = Limit { time, slip, others, ratio, error: time * time };
-            let mut completion = self.completion(&limit, second, contact);
-            if completion.error > self.chatter_tolerance.max(DEFAULT_TOLERANCE) {
-                // g'' so small that the accumulation point is not certain: bounces as low as this
-                // are contact already.
-                let (size, _) = self.system.sizes(&state);
+            let scales = self.system.scales(&self.motion, &self.flight, contact);
+            let limit = Limit { time, slip, others, ratio, error: (time / scales.time).powi(2) };
+            let mut completion = self.completion(&limit, second, contact, &scales);
+            let certain = completion.error <= self.chatter_tolerance.max(DEFAULT_TOLERANCE);
+            if !certain || !self.is_alone(contact, time) {
+                // g'' so small that the accumulation point is not certain, or not the next event:
+                // bounces as low as this are contact already.
+                let (size, _) = self.system.sizes(&state, contact, &scales);
                 let state = self.system.landed(&self.motion, clock, state, contact, stopped);
-                let error = u + CHATTER_NOISE * EPS * size;
+                let error = u / scales.rate + CHATTER_NOISE * EPS * size;
                 let time_jump = touch.local_time();
                 completion = Completion { clock, state, time_jump, error, ..completion };
             }

@@ -7,7 +7,7 @@ use super::{
     Anchor, AnchorOf, Checkpoint, Completion, FlightStart, Horizon, Leg, Model, ModelEvent,
     Observer, Simulation, Turn,
 };
-use crate::contact::chatter::Limit;
+use crate::contact::chatter::{Limit, Scales};
 use crate::model::state::{Clock, ModelState};
 use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
@@ -262,7 +262,9 @@ impl<M: Model> Simulation<M> {
     /// The end of chatter, if it is known within the tolerance and contact follows.
     fn chatter_ahead(&mut self, clock: Clock, view: &ChatterView) -> Option<Completion<M::State>> {
         let bounce = self.system.bounce(view, clock, &self.point.anchor.state);
-        let limit = self.point.monitor.extrapolate(M::drive(&self.motion), &bounce)?;
+        let scales = self.system.scales(&self.motion, &self.flight, view.contact);
+        let drive = M::drive(&self.motion);
+        let limit = self.point.monitor.extrapolate(drive, &bounce, &scales)?;
         if !self.system.keeps_side(&bounce, &limit) {
             return None;
         }
@@ -275,12 +277,21 @@ impl<M: Model> Simulation<M> {
         if !agrees || limit.time > M::span(&self.motion) {
             return None;
         }
-        let completion = self.completion(&limit, second, view.contact);
+        if !self.is_alone(view.contact, limit.time) {
+            return None;
+        }
+        let completion = self.completion(&limit, second, view.contact, &scales);
         if completion.error > self.chatter_tolerance.min(LOOSEST_COMPLETION) {
             return None;
         }
         let end = self.accumulation(&completion, view.contact);
         self.system.holds(&self.motion, &end).then_some(completion)
+    }
+
+    /// Whether no other contact can be met in so much time after the start of the present flight.
+    pub(super) fn is_alone(&self, contact: u32, time: f64) -> bool {
+        let Self { system, motion, flight, point, .. } = self;
+        system.is_alone(motion, &point.anchor, flight, contact, time)
     }
 
     /// The accumulation point that lies `limit` after the start of the present flight.
@@ -289,12 +300,13 @@ impl<M: Model> Simulation<M> {
         limit: &Limit<M::Others>,
         second: f64,
         contact: u32,
+        scales: &Scales,
     ) -> Completion<M::State> {
         let clock = self.drive().advance(self.flight.clock(), DoubleDouble::new(limit.time));
-        let (size, speed) = self.system.sizes(&self.point.anchor.state);
+        let (size, speed) = self.system.sizes(&self.point.anchor.state, contact, scales);
         let (state, divisor) = self.system.limit_state(&self.motion, &self.flight, limit, contact);
-        let error = (limit.error + limit.rounding(size, speed, second)) / divisor;
-        let resolution = EPS * clock.time_in_period.max(1.0);
+        let error = (limit.error + limit.rounding(size, speed, second, scales)) / divisor;
+        let resolution = EPS * clock.time_in_period.max(scales.time);
         Completion {
             clock,
             state,

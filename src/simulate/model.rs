@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{Anchor, Checkpoint, Observer, Phase, Simulation, Turn};
-use crate::contact::chatter::{Bounce, Limit, Others};
+use crate::contact::chatter::{Bounce, Limit, Others, Scales};
 use crate::flight::Drive;
 use crate::impact::RegimeKind;
 use crate::model::error::StateError;
@@ -112,7 +112,7 @@ pub struct Skipped {
     pub impacts: f64,
     /// Time from the last impact to the accumulation point.
     pub time_jump: f64,
-    /// Bound of the error of time and state.
+    /// Bound of the error of time and state, in their scales.
     pub error: f64,
 }
 
@@ -286,8 +286,23 @@ pub trait Model: Clone + PartialEq + Debug + Send + Sync {
         limit: &Limit<Self::Others>,
         contact: u32,
     ) -> (Self::State, f64);
-    /// Largest number of a state, and the speed of which u is a difference.
-    fn sizes(&self, state: &Self::State) -> (f64, f64);
+    /// What errors of an accumulation point are measured in, after the flight that begins here.
+    fn scales(&self, _motion: &Self::Motion, _flight: &Self::Flight, _contact: u32) -> Scales {
+        Scales::NONE
+    }
+    /// Whether no other contact can be met in so much time after the start of a flight of this leg.
+    fn is_alone(
+        &self,
+        _motion: &Self::Motion,
+        _leg: &AnchorOf<Self>,
+        _flight: &Self::Flight,
+        _contact: u32,
+        _time: f64,
+    ) -> bool {
+        true
+    }
+    /// Largest number of a state, in its scale, and the speed of which u is a difference.
+    fn sizes(&self, state: &Self::State, contact: u32, scales: &Scales) -> (f64, f64);
     /// Largest coordinate, at least 1 where lengths have a unit.
     fn extent(&self, state: &Self::State) -> f64;
     /// Whether contact lasts at an accumulation point.

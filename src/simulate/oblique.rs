@@ -7,7 +7,7 @@ mod contact;
 
 use super::model::{ChatterView, Follows, Leg, Model, ModelEvent, NotStruck, Skipped, Struck};
 use super::{Anchor, FlightStart, Observer, Phase, Simulation, Turn};
-use crate::contact::chatter::{Bounce, Limit};
+use crate::contact::chatter::{Bounce, Limit, Scales};
 use crate::contact::sustained::{ContactForce, ContactMode, Next};
 use crate::flight::gap::first_contact;
 use crate::flight::{Drive, Flight, FreeMotion};
@@ -263,7 +263,7 @@ impl Model for System {
         (System::landed(self, State { x1, v1, ..free }), magnified)
     }
 
-    fn sizes(&self, state: &State) -> (f64, f64) {
+    fn sizes(&self, state: &State, _: u32, _: &Scales) -> (f64, f64) {
         let size = state.to_array().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
         // A rounded x1 turns x1' cos x1 by |x1 x1'| roundings.
         (size, state.v1.abs() * (1.0 + state.x1.abs()) + state.v2.abs())

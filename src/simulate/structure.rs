@@ -20,12 +20,12 @@ use serde::{Deserialize, Serialize};
 
 use super::model::{ChatterView, Follows, Leg, Model, Skipped};
 use super::{Anchor, AnchorOf, FlightStart, Observer, Phase, Simulation, Turn};
-use crate::contact::chatter::{Bounce, Limit, Others};
+use crate::contact::chatter::{Bounce, Limit, Others, Scales};
 use crate::flight::Drive;
 use crate::impact::StopImpact;
 use crate::model::error::StateError;
 use crate::model::state::Clock;
-use crate::model::structure::{Coordinates, Structure, StructureState};
+use crate::model::structure::{Coordinates, Structure, StructureState, largest_number};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::LANES;
 use crate::search::Start;
@@ -88,6 +88,10 @@ impl Others for StructureState {
             of.iter().enumerate().map(|(i, x)| x + by(first + i)).collect()
         };
         Self { q: part(&self.q, 0), v: part(&self.v, count) }
+    }
+
+    fn scale(&self, place: usize, scales: &Scales) -> f64 {
+        if place < self.q.len() { scales.place } else { scales.speed }
     }
 }
 
@@ -388,8 +392,26 @@ impl Model for Structure {
         (motion.on_stop_at_rest(clock, state, contact as usize, stopped), 1.0)
     }
 
-    fn sizes(&self, state: &StructureState) -> (f64, f64) {
-        (state.size(), state.v.iter().map(|v| v.abs()).sum())
+    fn scales(&self, motion: &Motion, flight: &StructureLeg, contact: u32) -> Scales {
+        motion.scales(flight, contact as usize)
+    }
+
+    fn is_alone(
+        &self,
+        motion: &Motion,
+        leg: &AnchorOf<Self>,
+        flight: &StructureLeg,
+        contact: u32,
+        time: f64,
+    ) -> bool {
+        motion.is_alone(leg, flight, contact as usize, time)
+    }
+
+    fn sizes(&self, state: &StructureState, contact: u32, scales: &Scales) -> (f64, f64) {
+        let stop = &self.stops()[contact as usize];
+        let [place, speed] = [&state.q, &state.v].map(|of| largest_number(of));
+        let size = (place / scales.place).max(speed / scales.speed);
+        (size, stop.rate_size(speed, self.drive_frequency()))
     }
 
     fn extent(&self, state: &StructureState) -> f64 {

@@ -22,8 +22,8 @@ pub const MOST_MOVES: u32 = 4096;
 /// and the bodies so far away, that no digits are left in which the modes could differ.
 pub const SHORTEST_MOVE: f64 = 1e-12;
 
-/// Default tolerance where something is approximated (completion of chatter): absolute, in time
-/// and state. The contact phase is integrated to rounding whatever its value.
+/// Default tolerance where something is approximated (completion of chatter), in time and state, in
+/// the scales that the model gives them. The contact phase is integrated to rounding whatever its value.
 pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 
 /// Default cap on the events of one run.

@@ -79,6 +79,8 @@ fn search(case: &Case, structure: &Structure) -> Searched<()> {
 
 /// `coupled`: by a damping matrix that couples the modes.
 fn draw(rng: &mut ChaCha8Rng, coupled: bool) -> Case {
+    // Once, or motions without humps, which coupled modes mostly have, would be drawn more often.
+    let kind = rng.random_range(0..10);
     loop {
         let count = rng.random_range(1..=MOST);
         let mut within = |from: f64, to: f64| rng.random_range(from..to);
@@ -96,7 +98,6 @@ fn draw(rng: &mut ChaCha8Rng, coupled: bool) -> Case {
         let (mass, mut stiffness) = (matrix(0.5), matrix(0.2));
         let [q, v, mut load, normal, mut re, mut im] =
             [1.0, 1.5, 0.5, 1.0, 1.0, 0.5].map(&mut vector);
-        let kind = rng.random_range(0..10);
         if rng.random_bool(0.2) {
             // A chain that nothing holds: rigid motion.
             for (i, row) in stiffness.iter_mut().enumerate() {

@@ -34,11 +34,11 @@ impl StructureState {
         assert_eq!(q.len(), v.len(), "as many velocities as coordinates");
         Self { q: Coordinates::from_slice(q), v: Coordinates::from_slice(v) }
     }
+}
 
-    /// Largest number by size.
-    pub(crate) fn size(&self) -> f64 {
-        self.q.iter().chain(&self.v).fold(0.0, |most: f64, x| most.max(x.abs()))
-    }
+/// Size of the largest number.
+pub(crate) fn largest_number(of: &[f64]) -> f64 {
+    of.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
 impl ModelState for StructureState {

@@ -17,8 +17,8 @@ pub struct RunOptions {
     pub keep: Option<i64>,
     /// Cap on the number of events.
     pub max_events: u64,
-    /// Absolute tolerance in time and state where something is approximated (the completion of
-    /// chatter).
+    /// Tolerance in time and state where something is approximated (the completion of chatter):
+    /// absolute for a [`System`](crate::System), of a structure a part of the scales of its motion.
     pub chatter_tolerance: f64,
     /// The stroboscopic section lies at omega t = this (mod 2 pi), in [0, 2 pi).
     pub section_phase: f64,

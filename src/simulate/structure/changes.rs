@@ -198,8 +198,14 @@ impl Simulation<Structure> {
                 self.motion.follows(&here, None)
             }
             Touched::SlipBegins(positive) => {
-                let phase = Phase::Contact(slide(positive));
-                Follows::Leg(Anchor { phase, ..here.clone() })
+                let closed = slide(positive).holds(&self.system, &touching.closed());
+                if self.motion.held(closed).is_some() {
+                    let phase = Phase::Contact(slide(positive));
+                    Follows::Leg(Anchor { phase, ..here.clone() })
+                } else {
+                    // Slip this way would press the stop together.
+                    Follows::Stops(StopReason::Painleve)
+                }
             }
             Touched::SlipEnds | Touched::Stop(_) => {
                 let rubs = touching.closed().into_iter().find(|&stop| self.system.rubs(stop));

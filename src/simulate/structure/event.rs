@@ -64,7 +64,7 @@ pub struct StopChatterEvent {
     pub impacts_skipped: f64,
     /// Time from the last impact to the accumulation point.
     pub time_jump: f64,
-    /// Bound of the error that the completion adds to time and state, absolute.
+    /// Bound of the error that the completion adds to time and state, in scales of the motion.
     pub error: f64,
 }
 

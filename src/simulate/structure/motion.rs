@@ -6,10 +6,11 @@ use smallvec::SmallVec;
 
 use super::touching::StopStart;
 use super::{StructureMode, Touched};
+use crate::contact::chatter::Scales;
 use crate::flight::structure::{Closed, LegEvent, LinearFlight, LinearMotion, StopForce};
 use crate::flight::{Drive, StopContact, StructureFlight, StructureMotion};
 use crate::model::state::Clock;
-use crate::model::structure::{Coordinates, Structure, StructureState};
+use crate::model::structure::{Coordinates, Structure, StructureState, largest_number};
 use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
 use crate::search::Start;
@@ -119,8 +120,64 @@ impl Motion {
 
     /// A velocity that this motion may have: what is small beside it is rounding.
     pub(super) fn speed(&self, state: &StructureState) -> f64 {
-        let most = |of: &Coordinates| of.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        most(&state.v) + most(&state.q) / self.free.span()
+        largest_number(&state.v) + largest_number(&state.q) / self.free.span()
+    }
+
+    /// Scales of the motion at the start of a flight on a stop, by which it is known how well the
+    /// end of chatter there is: the time so far, of a local flight at most, and what the
+    /// acceleration onto the stop does in it beside the present coordinates and velocities, which
+    /// may all be zero at the end.
+    pub(super) fn scales(&self, leg: &StructureLeg, stop: usize) -> Scales {
+        let time = self.drive.time(leg.clock).min(self.free.span()).max(f64::MIN_POSITIVE);
+        let rows = self.structure().contact(stop);
+        let [second, _] = self.gap_jet(leg, stop as u32);
+        let rate = second.abs() * time;
+        let speed = rate / rows.mobilities[0] * largest_number(&rows.by_normal);
+        let [q, v] = [&leg.state.q, &leg.state.v].map(|of| largest_number(of));
+        let drive = self.drive.omega;
+        let moved = self.structure().stops()[stop].rate_size(v, drive);
+        Scales {
+            time,
+            place: q + speed * time,
+            speed: v + speed,
+            rate: moved + rate,
+            slip: f64::INFINITY,
+        }
+    }
+
+    /// Whether no open stop but this one can be met while it chatters for so long from the start of a
+    /// flight. With |n . q'| <= sqrt(a 2E), a = n M^-1 n, the root of 2E grows no faster than by the
+    /// norm of the loads, and in impacts by that of their impulses, which add up to less than what
+    /// would hold the stop; twice all of it leaves room for friction and for stops that move.
+    pub(super) fn is_alone(
+        &self,
+        anchor: &AnchorOf<Structure>,
+        leg: &StructureLeg,
+        stop: usize,
+        time: f64,
+    ) -> bool {
+        let structure = self.structure();
+        let StructureState { q, v } = &leg.state;
+        let (mut energy, mut loads) = (0.0, 0.0);
+        for mode in structure.modes() {
+            let along = |of: &[f64]| mode.row.iter().zip(of).map(|(m, x)| m * x).sum::<f64>();
+            let (place, rate) = (mode.frequency.value() * along(q), along(v));
+            energy += place * place + rate * rate;
+            let load = mode.load.abs() + mode.drive.norm();
+            loads += load * load;
+        }
+        let mobility = |stop: usize| structure.contact(stop).mobilities[0];
+        let [second, _] = self.gap_jet(leg, stop as u32);
+        let held = second.abs() / mobility(stop).sqrt();
+        let most = 2.0 * (energy.sqrt() + time * (loads.sqrt() + held));
+        let closed = anchor.touching.closed();
+        let mut others = (0..structure.stops().len())
+            .filter(|&other| other != stop && !closed.contains(&(other as u32)));
+        others.all(|other| {
+            let own = (structure.stops()[other].amplitude() * self.drive.omega).abs();
+            let (gap, _) = self.free.gap(other, leg.clock, q, v);
+            gap < -time * (mobility(other).sqrt() * most + own)
+        })
     }
 
     /// The time that velocities have had to grow, and of which the clock has the rounding: all of it

@@ -186,10 +186,27 @@ impl Motion {
             return Err(NotStruck::NotFinite);
         }
         let stop = impact.stop as u32;
-        touching.set(stop, StopStart::Touching);
+        // A plastic impact that ends in stick is a landing: stick and flight may both be motions.
+        let stuck = self.structure().stops()[impact.stop].restitution() == 0.0
+            && impact.regime.kind().sticks();
+        touching.set(stop, if stuck { StopStart::Stuck } else { StopStart::Touching });
+        let post = if stuck { self.on_stop_at_rest(clock, post, impact.stop, true) } else { post };
         let mut strikes = !touching.pending.is_empty();
-        let mut lands = false;
-        for Near { stop: other, rate, moves, .. } in self.near(clock, &post, touching.speed) {
+        let mut lands = stuck;
+        let near = self.near(clock, &post, touching.speed);
+        if touching.pending.is_empty() {
+            // What was still to land at this instant does so, or has been pulled off.
+            for (other, start) in &mut touching.at {
+                if *other != stop && matches!(start, StopStart::Landed | StopStart::Stuck) {
+                    if near.iter().any(|at| at.stop == *other && !at.moves) {
+                        lands = true;
+                    } else {
+                        *start = StopStart::Touching;
+                    }
+                }
+            }
+        }
+        for Near { stop: other, rate, moves, .. } in near {
             if touching.pending.is_empty() && other != stop && moves && rate > 0.0 {
                 strikes = true;
             }
@@ -200,7 +217,9 @@ impl Motion {
             let settles = several || touching.in_sequence > 1;
             if settles && !moves && touching.of(other) != Some(StopStart::Closed) {
                 lands = true;
-                touching.set(other, StopStart::Landed);
+                if touching.of(other) != Some(StopStart::Stuck) {
+                    touching.set(other, StopStart::Landed);
+                }
             }
         }
         let phase = if strikes {

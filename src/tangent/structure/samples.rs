@@ -6,7 +6,7 @@ use crate::contact::tolerances::CHATTER_SPACING;
 use crate::flight::Drive;
 use crate::impact::RegimeKind;
 use crate::model::state::Clock;
-use crate::model::structure::StructureState;
+use crate::model::structure::{StructureState, largest_number};
 use crate::numerics::EPS;
 use crate::numerics::dual::Dual;
 use crate::numerics::extrapolation::at_zero;
@@ -46,7 +46,8 @@ pub(super) struct Limit {
 impl Sample {
     /// Rounding of its perturbations, relative to their size.
     pub fn noise(&self) -> f64 {
-        EPS * self.state.size().max(1.0) / self.separation
+        let StructureState { q, v } = &self.state;
+        EPS * largest_number(q).max(largest_number(v)).max(1.0) / self.separation
     }
 }
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flint import arb, arb_mat, ctx, fmpq
+from flint import arb, arb_mat, ctx, fmpq, fmpq_mat
 
 from ..chatter import ANALYTIC, Accumulation, Bounce, Tail
 from ..contact import Contact, Undecided, first_contact, isolate
@@ -307,7 +307,34 @@ class Motion:
             raise Undecided("an impact without an approach velocity")
         regimes = [impact.regime for impact in done.impacts]
         regime = next((name for name in regimes if name not in ANALYTIC), regimes[0])
-        return self.tail.observe(Bounce(middle, u.mid(), regime, signs))
+        limit = self.tail.observe(Bounce(middle, u.mid(), regime, signs))
+        return limit if limit and self._is_alone(j, limit.values[0] - self.now) else None
+
+    def _is_alone(self, j: int, time: arb) -> bool:
+        """Whether no open stop but one that chatters for so long can be met.
+
+        |n . q'| <= sqrt(2 E n M^-1 n), and the root of 2 E grows by no more than the loads and the
+        force that would hold the stop; twice that, for friction and for stops that move.
+        """
+        structure, n = self.structure, self.size
+        q, v = column(vector(self.z, 0, n)), column(vector(self.z, n, 2 * n))
+        energy = v.transpose() * arb_mat(structure.mass) * v
+        energy = energy + q.transpose() * arb_mat(structure.stiffness) * q
+        parts = [list(structure.load), *map(list, zip(*structure.drive, strict=True))]
+        rows = [fmpq_mat(1, n, part) for part in parts]
+        loads = sum((arb(structure.coupling(row, row)).sqrt() for row in rows), arb(0))
+        normals = [stop.normal for stop in structure.stops]
+        weights = [arb(structure.coupling(row, row)).sqrt() for row in normals]
+        bend = abs((self.hold.rates[j] * self.hold.free.matrix * self.z)[0, 0])
+        most = 2 * (abs(energy[0, 0]).sqrt() + time * (loads + bend / weights[j]))
+        for other, stop in enumerate(structure.stops):
+            if other == j or other in self.mode.closed:
+                continue
+            own = abs(arb(stop.amplitude) * arb(structure.omega))
+            gap = (self.hold.gaps[other] * self.z)[0, 0]
+            if not gap < -time * (weights[other] * most + own):
+                return False
+        return True
 
     def _slip(self, j: int) -> arb:
         """Velocity of slip at a stop; 0 without friction."""
