@@ -35,17 +35,8 @@ def prepare(scene: Scene, tolerance: float) -> Solve:
     """Return what follows the scene."""
     hy = importlib.import_module("heyoka")
     modal = Modal.of(scene.structure)
-    count = len(modal.w)
-    names = [f"p{i}" for i in range(count)] + [f"v{i}" for i in range(count)]
-    *moving, cos, sin = hy.make_vars(*names, "c", "s")
-    places, rates = moving[:count], moving[count:]
-    motion = list(zip(places, rates, strict=True))
-    for i in range(count):
-        terms = [-(modal.w[i] ** 2) * places[i], -2.0 * modal.d[i] * rates[i]]
-        terms += [modal.f[i].real * cos, -modal.f[i].imag * sin]
-        motion.append((rates[i], hy.sum(terms)))
-    motion += [(cos, -modal.omega * sin), (sin, modal.omega * cos)]
-    impact = _compiled_impact(modal)
+    motion, gaps = equations(modal)
+    impact = compiled_impact(modal)
     impacts = [0]
 
     def event(j: int) -> Any:
@@ -54,20 +45,15 @@ def prepare(scene: Scene, tolerance: float) -> Solve:
                 impacts[0] += 1
             return impacts[0] < 100_000
 
-        terms = [
-            float(part) * place
-            for part, place in zip(modal.normals[j], places, strict=True)
-            if part
-        ]
-        gap = hy.sum([*terms, hy.expression(-float(modal.gaps[j]))])
-        return hy.t_event(gap, callback=strike, direction=hy.event_direction.positive)
+        return hy.t_event(gaps[j], callback=strike, direction=hy.event_direction.positive)
 
+    count = len(modal.w)
     start = np.zeros(2 * count + 2)
     start[-2] = 1.0
     integrator = hy.taylor_adaptive(
         motion,
         start,
-        t_events=[event(j) for j in range(len(modal.gaps))],
+        t_events=[event(j) for j in range(len(gaps))],
         tol=tolerance,
         compact_mode=count >= COMPACT_FROM,
         **FASTEST,
@@ -86,7 +72,31 @@ def prepare(scene: Scene, tolerance: float) -> Solve:
     return solve
 
 
-def _compiled_impact(modal: Modal) -> Callable[..., bool]:
+def equations(modal: Modal) -> tuple[list[Any], list[Any]]:
+    """Return the equations of motion, and the gap of each stop."""
+    hy = importlib.import_module("heyoka")
+    count = len(modal.w)
+    names = [f"p{i}" for i in range(count)] + [f"v{i}" for i in range(count)]
+    *moving, cos, sin = hy.make_vars(*names, "c", "s")
+    places, rates = moving[:count], moving[count:]
+    motion = list(zip(places, rates, strict=True))
+    for i in range(count):
+        terms = [-(modal.w[i] ** 2) * places[i], -2.0 * modal.d[i] * rates[i]]
+        terms += [modal.f[i].real * cos, -modal.f[i].imag * sin]
+        motion.append((rates[i], hy.sum(terms)))
+    motion += [(cos, -modal.omega * sin), (sin, modal.omega * cos)]
+    gaps = []
+    for j, gap in enumerate(modal.gaps):
+        terms = [
+            float(part) * place
+            for part, place in zip(modal.normals[j], places, strict=True)
+            if part
+        ]
+        gaps.append(hy.sum([*terms, hy.expression(-float(gap))]))
+    return motion, gaps
+
+
+def compiled_impact(modal: Modal) -> Callable[..., bool]:
     """Return the impact on a state's array, in place; True if the bodies approach."""
     wrap: Callable[[Any], Any] = _same
     with suppress(ImportError):

@@ -12,6 +12,7 @@ from time import perf_counter
 from typing import Any
 
 import heyoka_modal
+import heyoka_modal_batch
 import numba_modal
 import numpy as np
 import scipy_stops
@@ -20,7 +21,7 @@ import vibroimpact as vi
 from structure_scenes import Outcome, Scene, Solve
 
 CORE = "vibroimpact"
-PEERS = (heyoka_modal, numba_modal, scipy_stops)
+PEERS = (heyoka_modal, heyoka_modal_batch, numba_modal, scipy_stops)
 # A call of some microseconds is repeated for this long in each round.
 SHORTEST = 0.02
 # A run that takes longer than this is timed once, and no tighter tolerance is tried.
@@ -33,7 +34,7 @@ TIMES_LONGER = 10
 class Row:
     """A solver at one tolerance on a scene: a long run that is timed, and the error of its start.
 
-    ``seconds`` are those of the whole run, set-up included.
+    ``seconds`` are those of the whole run, set-up included; of a batch, its part for one run.
     """
 
     scene: str
@@ -74,9 +75,9 @@ def core(scene: Scene) -> Solve:
 
 def measure_scene(scene: Scene, rounds: int, *, longest: float = LONGEST) -> list[Row]:
     """Measure all solvers that can run here."""
-    trials: list[tuple[str, float | None, Solve, Outcome, float]] = []
+    trials: list[tuple[str, float | None, int, Solve, Outcome, float]] = []
     solve = core(scene)
-    trials.append((CORE, None, solve, solve(scene.periods), 0.0))
+    trials.append((CORE, None, 1, solve, solve(scene.periods), 0.0))
     long = TIMES_LONGER * scene.periods
     for peer in PEERS:
         for tolerance in () if peer.missing() else peer.TOLERANCES:
@@ -85,16 +86,18 @@ def measure_scene(scene: Scene, rounds: int, *, longest: float = LONGEST) -> lis
             start = perf_counter()
             solve(scene.periods)
             elapsed = TIMES_LONGER * (perf_counter() - start)
-            trials.append((peer.NAME, tolerance, solve, outcome, elapsed))
+            # A batch makes as many runs as it has lanes.
+            made = getattr(peer, "LANES", 1)
+            trials.append((peer.NAME, tolerance, made, solve, outcome, elapsed))
             if elapsed > longest:
                 break
     seconds: list[list[float]] = [[] for _ in trials]
     impacts = [0 for _ in trials]
     for index in range(rounds):
-        for place, (*_, solve, _, elapsed) in enumerate(trials):
+        for place, (_, _, made, solve, _, elapsed) in enumerate(trials):
             if index == 0 or elapsed <= longest:
                 time, impacts[place] = _time(solve, long)
-                seconds[place].append(time)
+                seconds[place].append(time / made)
     return [
         Row(
             scene=scene.title,
@@ -112,7 +115,7 @@ def measure_scene(scene: Scene, rounds: int, *, longest: float = LONGEST) -> lis
             ended=first.ended,
             rounds=len(times),
         )
-        for (name, tolerance, _, first, _), times, count in zip(
+        for (name, tolerance, _, _, first, _), times, count in zip(
             trials, seconds, impacts, strict=True
         )
     ]
