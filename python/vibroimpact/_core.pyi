@@ -358,7 +358,10 @@ class Structure:
         phase: float,
         law: str,
         simultaneous: str,
-    ) -> Self: ...
+        like: Structure | None,
+    ) -> Self:
+        """Take over from ``like`` what is the same there: bit by bit what is built without it."""
+
     @property
     def frequencies(self) -> NDArray[np.float64]:
         """Natural frequencies, ascending."""

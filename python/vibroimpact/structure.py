@@ -223,18 +223,24 @@ class Structure(Machine):
         )
         return structure
 
-    def _set(self, basis: Matrices | ModalBasis, **given: Any) -> None:
-        """Check and set the fields."""
+    def _set(
+        self, basis: Matrices | ModalBasis, like: _core.Structure | None = None, **given: Any
+    ) -> None:
+        """Check and set the fields; ``like``: compiled in the same basis."""
         count, modes = basis.sizes
         fields = {"mass": None, "stiffness": None, **basis.given, "_basis": basis}
         fields |= checked_fields(given, count=count, modes=modes)
         for name in self.__dataclass_fields__:
             object.__setattr__(self, name, fields[name])
-        self._compiled  # noqa: B018  builds the compiled form, which checks the ranges
+        # It is no field, so that it has no influence on equality, hash, repr or pickle.
+        vars(self)["_compiled"] = self._compile(like)
 
     @cached_property
     def _compiled(self) -> _core.Structure:
-        # It is no field, so that it has no influence on equality, hash, repr or pickle.
+        return self._compile(None)
+
+    def _compile(self, like: _core.Structure | None) -> _core.Structure:
+        """Build the compiled form, which checks the ranges."""
         basis = self._basis
         drive = basis.on("drive_amplitude", self.drive_amplitude)
         return _core.Structure(
@@ -248,6 +254,7 @@ class Structure(Machine):
             phase=self.phase,
             law=self.law,
             simultaneous=self.simultaneous,
+            like=like,
         )
 
     @property
@@ -313,7 +320,13 @@ class Structure(Machine):
         fields |= own
         if of_stops:
             fields["stops"] = with_changes(checked_stops(fields["stops"]), of_stops)
-        return maker(**fields)
+        if not own.keys().isdisjoint({*self._basis.given, "modal_mass"}):
+            return maker(**fields)
+        # Its modes, which take longest, stay.
+        structure = object.__new__(type(self))
+        rest = {name: fields.get(name) for name in _REST}
+        structure._set(self._basis, self._compiled, **rest)
+        return structure
 
     @classmethod
     def _maker(cls, fields: Mapping[str, Any]) -> Callable[..., Self]:

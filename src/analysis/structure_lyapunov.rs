@@ -83,67 +83,12 @@ pub fn structure_lyapunov(
     step: Option<f64>,
     cancel: &CancelToken,
 ) -> Result<StructureSpectrum, StructureLyapunovError> {
-    let all = 2 * structure.coordinates();
     if periods == 0 {
         return Err(ParameterError::new("periods", periods, "a whole number >= 1").into());
     }
-    if !(1..=all).contains(&count) {
-        let allowed = format!("a whole number from 1 to {all}");
-        return Err(ParameterError::new("count", count, allowed).into());
-    }
-    let driven = structure.drive_frequency() > 0.0;
-    let step = step.filter(|step| step.is_finite() && *step >= SHORTEST_MEASURED);
-    if !driven && step.is_none() {
-        let allowed = format!("a finite number >= {SHORTEST_MEASURED:e}");
-        return Err(ParameterError::new("step", format!("{step:?}"), allowed).into());
-    }
-    let simulation = Simulation::new(structure, initial)?.cancel_with(cancel);
-    let length = match step.filter(|_| !driven) {
-        Some(step) => step,
-        None => simulation.drive().period.hi,
-    };
-    let fastest = structure.modal_damping().rounded().norm();
-    let parts = (length * fastest / MOST_CONTRACTION).ceil().clamp(1.0, MOST_CONTRACTION_STEPS);
-    #[allow(clippy::cast_sign_loss)] // at least 1
-    let parts = parts as u32;
-    let start = simulation.checkpoint().anchor.clock;
-    let directions = some_directions(all, count);
-    let mut measurement = Measurement {
-        simulation,
-        perturbed: Perturbed::new(Arc::new(Linearised::new(structure)), start, directions),
-        grown: vec![0.0; count],
-        impacts: vec![0; structure.stops().len()],
-    };
-    measurement.orthonormalise();
-    let mut ends = vec![measurement.end(0.0)];
-    let mut error = None;
-    for k in 0..periods {
-        let mut recorded = true;
-        for part in 1..=parts {
-            let whole = part == parts;
-            let time = length * (f64::from(k) + f64::from(part) / f64::from(parts));
-            let horizon = if driven && whole {
-                Horizon::Periods(i64::from(k) + 1)
-            } else {
-                Horizon::Time(time)
-            };
-            match measurement.advance_to(horizon) {
-                Ok(at_end) => recorded = at_end,
-                Err(why) => {
-                    error = Some(why);
-                    break;
-                }
-            }
-        }
-        if error.is_some() {
-            break;
-        }
-        // Where impacts are skipped the step ends with a later one.
-        if recorded {
-            ends.push(measurement.end(length * f64::from(k + 1)));
-        }
-    }
-    Ok(spectrum(&ends, count, periods / ALIGNING_STEPS, length, error))
+    let mut measurement = Measurement::new(structure, initial, count, step, cancel)?;
+    measurement.extend_to(periods);
+    Ok(measurement.spectrum())
 }
 
 /// Where a step ends.
@@ -154,17 +99,120 @@ struct End {
     impacts: Vec<u64>,
 }
 
-/// A motion that is followed with its perturbations.
-struct Measurement {
+/// A motion that is followed with its perturbations, for as long as it is extended.
+pub(crate) struct Measurement {
     simulation: Simulation<Structure>,
     perturbed: Perturbed,
     grown: Vec<f64>,
     impacts: Vec<u64>,
+    /// Length of a step, which is taken in so many parts.
+    length: f64,
+    parts: u32,
+    /// Steps that were asked for, those so far, and where those end that have a state at their end.
+    asked: u32,
+    done: u32,
+    ends: Vec<End>,
+    /// Why there are no more of them.
+    error: Option<StructureTangentError>,
 }
 
 impl Measurement {
-    fn end(&self, time: f64) -> End {
+    /// Of the largest `count` exponents of the motion from `initial`, in steps of a drive period, or
+    /// of this length under a constant load.
+    pub fn new(
+        structure: &Structure,
+        initial: StructureState,
+        count: usize,
+        step: Option<f64>,
+        cancel: &CancelToken,
+    ) -> Result<Self, StructureLyapunovError> {
+        let all = 2 * structure.coordinates();
+        if !(1..=all).contains(&count) {
+            let allowed = format!("a whole number from 1 to {all}");
+            return Err(ParameterError::new("count", count, allowed).into());
+        }
+        let driven = structure.drive_frequency() > 0.0;
+        let step = step.filter(|step| step.is_finite() && *step >= SHORTEST_MEASURED);
+        if !driven && step.is_none() {
+            let allowed = format!("a finite number >= {SHORTEST_MEASURED:e}");
+            return Err(ParameterError::new("step", format!("{step:?}"), allowed).into());
+        }
+        let simulation = Simulation::new(structure, initial)?.cancel_with(cancel);
+        let length = match step.filter(|_| !driven) {
+            Some(step) => step,
+            None => simulation.drive().period.hi,
+        };
+        let fastest = structure.modal_damping().rounded().norm();
+        let parts = (length * fastest / MOST_CONTRACTION).ceil().clamp(1.0, MOST_CONTRACTION_STEPS);
+        #[allow(clippy::cast_sign_loss)] // at least 1
+        let parts = parts as u32;
+        let start = simulation.checkpoint().anchor.clock;
+        let directions = some_directions(all, count);
+        let mut measurement = Self {
+            simulation,
+            perturbed: Perturbed::new(Arc::new(Linearised::new(structure)), start, directions),
+            grown: vec![0.0; count],
+            impacts: vec![0; structure.stops().len()],
+            length,
+            parts,
+            asked: 0,
+            done: 0,
+            ends: Vec::new(),
+            error: None,
+        };
+        measurement.orthonormalise();
+        measurement.ends.push(measurement.end());
+        Ok(measurement)
+    }
+
+    /// Goes on until so many steps after the start: the same, bit by bit, in one turn or in several.
+    pub fn extend_to(&mut self, steps: u32) {
+        self.asked = steps;
+        while self.done < steps && self.error.is_none() {
+            match self.take_step() {
+                // Where impacts are skipped the step ends with a later one.
+                Ok(recorded) => {
+                    self.done += 1;
+                    if recorded {
+                        self.ends.push(self.end());
+                    }
+                }
+                Err(why) => self.error = Some(why),
+            }
+        }
+    }
+
+    /// Whether the motion could not be followed any further.
+    pub fn has_ended(&self) -> bool {
+        self.error.is_some()
+    }
+
+    /// The next step; whether there is a state at its end.
+    fn take_step(&mut self) -> Result<bool, StructureTangentError> {
+        let driven = self.perturbed.structure().drive_frequency() > 0.0;
+        let mut recorded = true;
+        for part in 1..=self.parts {
+            let time =
+                self.length * (f64::from(self.done) + f64::from(part) / f64::from(self.parts));
+            let horizon = if driven && part == self.parts {
+                Horizon::Periods(i64::from(self.done) + 1)
+            } else {
+                Horizon::Time(time)
+            };
+            recorded = self.advance_to(horizon)?;
+        }
+        Ok(recorded)
+    }
+
+    fn end(&self) -> End {
+        let time = self.length * f64::from(self.done);
         End { time, grown: self.grown.clone(), impacts: self.impacts.clone() }
+    }
+
+    /// What has been measured, of which the first tenth of the steps only aligns.
+    pub fn spectrum(&self) -> StructureSpectrum {
+        let aligning = self.asked / ALIGNING_STEPS;
+        spectrum(&self.ends, self.grown.len(), aligning, self.length, self.error.clone())
     }
 
     /// Goes on to a horizon; whether there is a state there, not skipped impacts.
@@ -218,8 +266,7 @@ impl Measurement {
         if let Some(inverse) = upper.try_inverse() {
             by.view_mut((0, 0), (rank, rank)).copy_from(&inverse);
         }
-        self.perturbed.combine(&by);
-        self.perturbed.set(columns.columns(0, rank).into_owned());
+        self.perturbed.recombine(columns.columns(0, rank).into_owned(), &by);
     }
 }
 

@@ -117,11 +117,11 @@ fn measured(
     if measure == Measure::Returns {
         return (Some(run.section_report(cancel)), Vec::new());
     }
-    let (report, later) = run.settled(cancel);
-    let settled = later.as_ref().unwrap_or(run);
+    let mut labelling = run.labelled(cancel);
     let exponents = match measure {
-        Measure::LargestExponent => vec![settled.largest_exponent(&report, cancel)],
+        Measure::LargestExponent => vec![labelling.exponent(run, cancel)],
         Measure::Spectrum(periods) => {
+            let settled = labelling.later.as_ref().unwrap_or(run);
             let (start, all) = (settled.final_state.state.clone(), 2 * run.system.coordinates());
             match structure_lyapunov(&run.system, start, periods, all, None, cancel) {
                 Ok(found) => {
@@ -132,7 +132,7 @@ fn measured(
         }
         Measure::Returns | Measure::Label => Vec::new(),
     };
-    (Some(report), exponents)
+    (Some(labelling.report), exponents)
 }
 
 /// Runs every cell, and counts in `done` those that are. `cancel` ends the sweep; cells not done

@@ -24,7 +24,7 @@ use crate::model::parameters::ImpactLaw;
 use crate::numerics::dense::Matrix;
 use crate::numerics::double_double::DoubleDouble;
 use damping::{Damping, ModalDamping};
-use modes::{Modes, NoModes, modes};
+use modes::{Modes, modes};
 pub use simultaneous::Simultaneous;
 pub(crate) use state::largest_number;
 pub use state::{Coordinates, StructureState};
@@ -63,6 +63,8 @@ pub struct Structure {
     mass: Vec<Vec<f64>>,
     stiffness: Vec<Vec<f64>>,
     damping: Vec<Vec<f64>>,
+    /// The damping ratios that it stands for, if it was given by those.
+    ratios: Option<Vec<f64>>,
     stops: Vec<Stop>,
     drive_frequency: f64,
     phase: f64,
@@ -104,9 +106,18 @@ pub struct StructureBuilder {
     law: ImpactLaw,
     simultaneous: Simultaneous,
     stops: Vec<Stop>,
+    known: Option<Box<Structure>>,
 }
 
 impl StructureBuilder {
+    /// Takes over from a structure what is the same here and takes long to work out: the modes of
+    /// mass and stiffness, their damping, and the rows of stops in them. What is built is the same,
+    /// bit by bit.
+    #[must_use]
+    pub fn like(self, structure: &Structure) -> Self {
+        Self { known: Some(Box::new(structure.clone())), ..self }
+    }
+
     /// Damping ratios of the modes, (N,), in the order of ascending natural frequency; 0 for modes
     /// of frequency 0.
     #[must_use]
@@ -180,18 +191,12 @@ impl StructureBuilder {
             let allowed = "a largest entry in [1e-50, 1e50], or zeros";
             return Err(ParameterError::new("stiffness", given, allowed));
         }
-        let found = modes(&self.mass, &self.stiffness).map_err(|why| match why {
-            NoModes::MassNotDefinite(order) => ParameterError::new(
-                "mass",
-                format!("a matrix whose leading minor of order {order} is not positive"),
-                "a positive definite matrix",
-            ),
-            NoModes::StiffnessNegative(square) => ParameterError::new(
-                "stiffness",
-                format!("a matrix with w^2 = {square:e} for a mode"),
-                "a positive semidefinite matrix",
-            ),
-        })?;
+        let known =
+            self.known.filter(|known| known.mass == self.mass && known.stiffness == self.stiffness);
+        let found = match &known {
+            Some(known) => Arc::clone(&known.found),
+            None => Arc::new(modes(&self.mass, &self.stiffness)?),
+        };
         let range = (0.0..=1e50).contains(&self.drive_frequency);
         if !range {
             let allowed = "a number in [0, 1e50]";
@@ -220,44 +225,53 @@ impl StructureBuilder {
             let allowed = "stop or sequence where a stop has friction > 0";
             return Err(ParameterError::new("simultaneous", self.simultaneous.name(), allowed));
         }
-        let contacts: Vec<_> =
-            self.stops.iter().map(|stop| StopContactRows::new(stop, &found)).collect();
+        let rows = |(place, stop): (usize, &Stop)| {
+            let same = known.as_ref().and_then(|known| known.rows_of(place, stop));
+            same.cloned().unwrap_or_else(|| StopContactRows::new(stop, &found))
+        };
+        let contacts: Vec<_> = self.stops.iter().enumerate().map(rows).collect();
         for (place, (stop, contact)) in self.stops.iter().zip(&contacts).enumerate() {
             contact.checked(stop, place)?;
         }
-        let ModalDamping { decay_rates, coupling } = self.damping.in_modes(&found, count)?;
-        let damping = self.damping.matrix(&self.mass, &found, &decay_rates);
-        let modes = found
-            .frequencies
-            .iter()
-            .zip(&found.shapes)
-            .zip(decay_rates)
-            .map(|((&frequency, shape), decay_rate)| {
-                let on = |vector: &[f64]| {
-                    let terms = shape.iter().zip(vector);
-                    terms.fold(DoubleDouble::ZERO, |sum, (&s, &x)| sum + s.scale(x)).value()
-                };
-                Mode {
-                    frequency,
-                    decay_rate,
-                    shape: shape.iter().map(|s| s.value()).collect(),
-                    row: self.mass.iter().map(|row| on(row)).collect(),
-                    drive: Complex::new(on(&re), on(&im)),
-                    load: on(&load),
-                }
-            })
-            .collect();
+        let damped = known.as_ref().filter(|known| self.damping.is_that_of(known));
+        let (ModalDamping { decay_rates, coupling }, damping) = match damped {
+            Some(known) => (known.damping_in_modes(), known.damping.clone()),
+            None => {
+                let modal = self.damping.in_modes(&found, count)?;
+                let matrix = self.damping.matrix(&self.mass, &found, &modal.decay_rates);
+                (modal, matrix)
+            }
+        };
+        let modes = (0..count).zip(decay_rates).map(|(i, decay_rate)| {
+            let on = |vector: &[f64]| {
+                let terms = found.shapes[i].iter().zip(vector);
+                terms.fold(DoubleDouble::ZERO, |sum, (&s, &x)| sum + s.scale(x)).value()
+            };
+            Mode {
+                frequency: found.frequencies[i],
+                decay_rate,
+                shape: found.shapes[i].iter().map(|s| s.value()).collect(),
+                row: known.as_ref().map_or_else(
+                    || self.mass.iter().map(|row| on(row)).collect(),
+                    |known| known.modes[i].row.clone(),
+                ),
+                drive: Complex::new(on(&re), on(&im)),
+                load: on(&load),
+            }
+        });
+        let modes = modes.collect();
         Ok(Structure {
             mass: self.mass,
             stiffness: self.stiffness,
             damping,
+            ratios: self.damping.ratios(),
             stops: self.stops,
             drive_frequency: self.drive_frequency,
             phase: self.phase,
             law: self.law,
             simultaneous: self.simultaneous,
             modes,
-            found: Arc::new(found),
+            found,
             coupling,
             contacts,
         })
@@ -279,6 +293,7 @@ impl Structure {
             law: ImpactLaw::default(),
             simultaneous: Simultaneous::default(),
             stops: Vec::new(),
+            known: None,
         }
     }
 
@@ -367,6 +382,17 @@ impl Structure {
         turned.phase += angle;
         turned.stops = self.stops.iter().map(|stop| stop.turned(angle)).collect();
         turned
+    }
+
+    /// The rows in the modes of a stop of this place, if the one that is there has the same.
+    fn rows_of(&self, place: usize, stop: &Stop) -> Option<&StopContactRows> {
+        let same = self.stops.get(place).is_some_and(|own| own.has_rows_of(stop));
+        same.then(|| &self.contacts[place])
+    }
+
+    fn damping_in_modes(&self) -> ModalDamping {
+        let decay_rates = self.modes.iter().map(|mode| mode.decay_rate).collect();
+        ModalDamping { decay_rates, coupling: self.coupling.clone() }
     }
 
     pub(crate) fn contact(&self, stop: usize) -> &StopContactRows {

@@ -54,7 +54,7 @@ impl PyStructure {
     #[new]
     #[pyo3(signature = (
         mass, stiffness, stops, *, damping, damping_ratios, static_load, drive_amplitude,
-        drive_frequency, phase, law, simultaneous,
+        drive_frequency, phase, law, simultaneous, like,
     ))]
     #[expect(clippy::too_many_arguments, reason = "as Python has them")]
     fn new(
@@ -70,6 +70,7 @@ impl PyStructure {
         phase: f64,
         law: &str,
         simultaneous: &str,
+        like: Option<&Self>,
     ) -> PyResult<Self> {
         let drive: Vec<_> = drive_amplitude.as_array().iter().copied().collect();
         let mut builder = Structure::builder(rows(&mass), rows(&stiffness))
@@ -82,6 +83,9 @@ impl PyStructure {
         }
         if let Some(ratios) = damping_ratios {
             builder = builder.damping_ratios(to_vec(&ratios));
+        }
+        if let Some(like) = like {
+            builder = builder.like(&like.0);
         }
         builder = stops.iter().fold(builder, |builder, stop| builder.stop(stop.0.clone()));
         // The modes of many coordinates take a while.

@@ -2,7 +2,7 @@
 
 use super::next_look;
 use crate::analysis::period::{Evidence, Growth, GrowthVerdict, Kind, PeriodReport, WhyUndecided};
-use crate::analysis::structure_lyapunov::structure_lyapunov;
+use crate::analysis::structure_lyapunov::Measurement;
 use crate::analysis::structure_orbit::structure_orbit;
 use crate::analysis::tolerances::{
     ALIGNING_STEPS, CERTAIN_MULTIPLIER, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS,
@@ -15,41 +15,100 @@ use crate::simulate::run::Run;
 /// Drive periods over which an exponent is measured, with those that align the perturbation.
 const MEASURED: u32 = EXPONENT_PERIODS + EXPONENT_PERIODS / (ALIGNING_STEPS - 1) + 1;
 
+/// The label of a run of a structure, with what was found on the way to it.
+pub(crate) struct StructureLabelling {
+    pub report: PeriodReport,
+    /// The later run that has settled on the motion, if it is not the run itself.
+    pub later: Option<Run<Structure>>,
+    /// The perturbation that has been followed from the end of the run, where the sections do not
+    /// repeat.
+    growing: Option<Box<Measurement>>,
+}
+
 impl Run<Structure> {
     /// Period and label: from the sections of the run and, where they draw together, of its
     /// continuation; of a motion that does not repeat from the growth of a small perturbation after
     /// its end.
     #[must_use]
     pub fn period(&self, cancel: &CancelToken) -> PeriodReport {
-        self.settled(cancel).0.unless(cancel)
+        self.labelled(cancel).report.unless(cancel)
     }
 
-    /// Period and label, and the later run that has settled on the motion, if it is not this one.
-    pub(crate) fn settled(&self, cancel: &CancelToken) -> (PeriodReport, Option<Self>) {
+    pub(crate) fn labelled(&self, cancel: &CancelToken) -> StructureLabelling {
         let (report, later) = self.judged_by_sections(cancel);
         if !self.stop_reason.reached_the_end() {
-            return (report.undecided(WhyUndecided::Incomplete), None);
+            let report = report.undecided(WhyUndecided::Incomplete);
+            return StructureLabelling { report, later: None, growing: None };
         }
-        let (found, last) = self.followed(report, later, |r| r.convergence().is_none(), cancel);
-        let told = match &last {
-            Some(last) => self.told_by(last, found),
+        let (found, later) = self.followed(report, later, |r| r.convergence().is_none(), cancel);
+        let report = match &later {
+            Some(later) => self.told_by(later, found),
             None => found,
         };
-        let measurable = told.orbit.is_none() && told.residual.is_finite();
-        let told = if measurable { self.told_by_growth(told, cancel) } else { told };
-        (told, last)
+        let mut labelling = StructureLabelling { report, later, growing: None };
+        if report.orbit.is_none() && report.residual.is_finite() {
+            labelling.look_at_growth(self, cancel);
+        }
+        labelling
     }
 
-    /// Largest Lyapunov exponent per unit time of the motion that this run has settled on, and its
-    /// error: of an orbit of m drive periods from its multipliers, else from a growth measured
-    /// before, if it was for long enough, or from one measured now. -inf where perturbations vanish
-    /// at once, NaN where they cannot be followed.
-    pub(crate) fn largest_exponent(&self, report: &PeriodReport, cancel: &CancelToken) -> [f64; 2] {
-        let period = std::f64::consts::TAU / self.system.drive_frequency();
-        let state = &self.final_state.state;
-        if let Some((m, _)) = report.orbit
+    /// A perturbation of the motion after the end, not followed yet.
+    fn perturbed(&self, cancel: &CancelToken) -> Option<Box<Measurement>> {
+        let state = self.final_state.state.clone();
+        Measurement::new(&self.system, state, 1, None, cancel).ok().map(Box::new)
+    }
+}
+
+impl StructureLabelling {
+    /// The verdict on a motion that does not repeat. The perturbation goes on from look to look.
+    fn look_at_growth(&mut self, run: &Run<Structure>, cancel: &CancelToken) {
+        let length = u32::try_from(run.final_state.clock.period).unwrap_or(u32::MAX);
+        let (shortest, longest) = LONGEST_GROWTH;
+        let most = length.saturating_mul(GROWTH_PER_RUN).clamp(shortest, longest);
+        let each = run.impacts.len() as f64 / f64::from(run.kept_periods().max(1));
+        let affords = |periods: u32| periods <= most && each * f64::from(periods) <= GROWTH_IMPACTS;
+        self.report = self.report.undecided(WhyUndecided::NotMeasurable);
+        let mut periods = FIRST_GROWTH_PERIODS;
+        while affords(periods) && !cancel.is_cancelled() {
+            if self.growing.is_none() {
+                self.growing = run.perturbed(cancel);
+            }
+            let Some(growing) = &mut self.growing else { return };
+            growing.extend_to(periods);
+            let Some(growth) = growth_of(growing, run) else { return };
+            let unclear =
+                Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
+            self.report = self.report.decided(Kind::Unresolved, unclear);
+            match growth.verdict(LONG_GROWTH_PERIODS.max(most / LONG_PART)) {
+                GrowthVerdict::Grows => {
+                    let evidence = Evidence::GrowthExponential(growth);
+                    self.report = self.report.decided(Kind::Chaotic, evidence);
+                    return;
+                }
+                GrowthVerdict::Stays => {
+                    let evidence = Evidence::GrowthBounded(growth);
+                    self.report = self.report.decided(Kind::QuasiPeriodic, evidence);
+                    return;
+                }
+                GrowthVerdict::Unclear if growth.may_show_more(most) => {
+                    periods = next_look(periods);
+                }
+                GrowthVerdict::Unclear | GrowthVerdict::Shrinks => return,
+            }
+        }
+    }
+
+    /// Largest Lyapunov exponent per unit time of the motion that the run has settled on, and its
+    /// error: of an orbit of m drive periods from its multipliers, else from the growth that the
+    /// label stands on, followed for longer where that was short. -inf where perturbations vanish at
+    /// once, NaN where they cannot be followed.
+    pub fn exponent(&mut self, run: &Run<Structure>, cancel: &CancelToken) -> [f64; 2] {
+        let period = std::f64::consts::TAU / run.system.drive_frequency();
+        let settled = self.later.as_ref().unwrap_or(run);
+        if let Some((m, _)) = self.report.orbit
             && let Ok(m) = u32::try_from(m)
-            && let Ok(orbit) = structure_orbit(&self.system, state.clone(), m, cancel)
+            && let Ok(orbit) =
+                structure_orbit(&run.system, settled.final_state.state.clone(), m, cancel)
         {
             let size = orbit.multipliers.first().map_or(0.0, |largest| largest.norm());
             // One that is lost in rounding tells nothing.
@@ -58,58 +117,29 @@ impl Run<Structure> {
                 return [size.ln() / length, orbit.bound / size / length];
             }
         }
-        if let Some(growth) = report.evidence.growth()
+        if let Some(growth) = self.report.evidence.growth()
             && growth.periods >= EXPONENT_PERIODS as usize
         {
             return [growth.mean / period, growth.error / period];
         }
-        match structure_lyapunov(&self.system, state.clone(), MEASURED, 1, None, cancel) {
-            Ok(found) if found.error.is_none() => [found.exponents[0], found.errors[0]],
-            _ => [f64::NAN; 2],
-        }
+        let growing = self.growing.take().filter(|growing| !growing.has_ended());
+        let growing = growing.or_else(|| settled.perturbed(cancel));
+        let Some(mut growing) = growing else { return [f64::NAN; 2] };
+        growing.extend_to(MEASURED);
+        let found = growing.spectrum();
+        if found.error.is_none() { [found.exponents[0], found.errors[0]] } else { [f64::NAN; 2] }
     }
+}
 
-    /// The verdict on a motion that does not repeat.
-    fn told_by_growth(&self, report: PeriodReport, cancel: &CancelToken) -> PeriodReport {
-        let length = u32::try_from(self.final_state.clock.period).unwrap_or(u32::MAX);
-        let (shortest, longest) = LONGEST_GROWTH;
-        let most = length.saturating_mul(GROWTH_PER_RUN).clamp(shortest, longest);
-        let each = self.impacts.len() as f64 / f64::from(self.kept_periods().max(1));
-        let affords = |periods: u32| periods <= most && each * f64::from(periods) <= GROWTH_IMPACTS;
-        let mut told = report.undecided(WhyUndecided::NotMeasurable);
-        let mut periods = FIRST_GROWTH_PERIODS;
-        while affords(periods) && !cancel.is_cancelled() {
-            let Some(growth) = self.growth(periods, cancel) else { return told };
-            let unclear =
-                Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
-            told = told.decided(Kind::Unresolved, unclear);
-            match growth.verdict(LONG_GROWTH_PERIODS.max(most / LONG_PART)) {
-                GrowthVerdict::Grows => {
-                    return told.decided(Kind::Chaotic, Evidence::GrowthExponential(growth));
-                }
-                GrowthVerdict::Stays => {
-                    return told.decided(Kind::QuasiPeriodic, Evidence::GrowthBounded(growth));
-                }
-                GrowthVerdict::Unclear if growth.may_show_more(most) => {
-                    periods = next_look(periods);
-                }
-                GrowthVerdict::Unclear | GrowthVerdict::Shrinks => return told,
-            }
-        }
-        told
+/// The growth so far; `None` where it could not be followed.
+fn growth_of(growing: &Measurement, run: &Run<Structure>) -> Option<Growth> {
+    let spectrum = growing.spectrum();
+    let period = std::f64::consts::TAU / run.system.drive_frequency();
+    let (mean, error) = (spectrum.exponents[0] * period, spectrum.errors[0] * period);
+    if spectrum.error.is_some() || !mean.is_finite() {
+        return None;
     }
-
-    /// The growth of a small perturbation over so many drive periods after the end of the run.
-    fn growth(&self, periods: u32, cancel: &CancelToken) -> Option<Growth> {
-        let state = self.final_state.state.clone();
-        let spectrum = structure_lyapunov(&self.system, state, periods, 1, None, cancel).ok()?;
-        let period = std::f64::consts::TAU / self.system.drive_frequency();
-        let (mean, error) = (spectrum.exponents[0] * period, spectrum.errors[0] * period);
-        if spectrum.error.is_some() || !mean.is_finite() {
-            return None;
-        }
-        #[allow(clippy::cast_sign_loss)] // a time is not negative
-        let periods = (spectrum.time / period).round() as usize;
-        Some(Growth { mean, error, periods, of_ten: error })
-    }
+    #[allow(clippy::cast_sign_loss)] // a time is not negative
+    let periods = (spectrum.time / period).round() as usize;
+    Some(Growth { mean, error, periods, of_ten: error })
 }

@@ -1,7 +1,7 @@
 //! The damping of a structure: ratios of its modes, or a matrix C.
 
 use super::modes::{Modes, RIGID};
-use super::{checked_matrix, checked_vector};
+use super::{Structure, checked_matrix, checked_vector};
 use crate::model::error::ParameterError;
 use crate::numerics::dense::Matrix;
 use crate::numerics::double_double::DoubleDouble;
@@ -26,6 +26,23 @@ pub(super) struct ModalDamping {
 }
 
 impl Damping {
+    /// The ratios, if it was given by them.
+    pub fn ratios(self) -> Option<Vec<f64>> {
+        match self {
+            Self::Ratios(ratios) => Some(ratios),
+            Self::None | Self::Matrix(_) => None,
+        }
+    }
+
+    /// Whether that of a structure with the same modes was given so.
+    pub fn is_that_of(&self, structure: &Structure) -> bool {
+        match self {
+            Self::None => false,
+            Self::Ratios(ratios) => structure.ratios.as_ref() == Some(ratios),
+            Self::Matrix(matrix) => structure.ratios.is_none() && structure.damping == *matrix,
+        }
+    }
+
     /// What it is in the modes, or why there is none.
     pub fn in_modes(&self, found: &Modes, count: usize) -> Result<ModalDamping, ParameterError> {
         match self {
@@ -40,10 +57,12 @@ impl Damping {
 
     /// C; of damping ratios M Phi diag(2 c) Phi^T M.
     pub fn matrix(&self, mass: &[Vec<f64>], found: &Modes, decay_rates: &[f64]) -> Vec<Vec<f64>> {
-        if let Self::Matrix(matrix) = self {
-            return matrix.clone();
-        }
         let count = mass.len();
+        match self {
+            Self::Matrix(matrix) => return matrix.clone(),
+            Self::None => return vec![vec![0.0; count]; count],
+            Self::Ratios(_) => {}
+        }
         let rows = Matrix::from_fn(count, count, |i, mode| {
             let terms = found.shapes[mode].iter().zip(&mass[i]);
             terms.fold(DoubleDouble::ZERO, |sum, (&s, &m)| sum + s.scale(m))

@@ -1,6 +1,7 @@
 //! Natural frequencies and mode shapes, K phi = w^2 M phi, in double-double: a frequency that is
 //! wrong in its last digit moves a phase by that much in every radian of a run.
 
+use crate::model::error::ParameterError;
 use crate::numerics::dense::Matrix;
 use crate::numerics::double_double::DoubleDouble;
 
@@ -24,6 +25,23 @@ pub(crate) enum NoModes {
     MassNotDefinite(usize),
     /// The stiffness matrix has this negative eigenvalue in the mass matrix's measure.
     StiffnessNegative(f64),
+}
+
+impl From<NoModes> for ParameterError {
+    fn from(why: NoModes) -> Self {
+        match why {
+            NoModes::MassNotDefinite(order) => Self::new(
+                "mass",
+                format!("a matrix whose leading minor of order {order} is not positive"),
+                "a positive definite matrix",
+            ),
+            NoModes::StiffnessNegative(square) => Self::new(
+                "stiffness",
+                format!("a matrix with w^2 = {square:e} for a mode"),
+                "a positive semidefinite matrix",
+            ),
+        }
+    }
 }
 
 /// The modes of symmetric matrices M, positive definite, and K, positive semidefinite.

@@ -148,6 +148,14 @@ impl Stop {
         Ok(())
     }
 
+    /// Whether impacts on it see the same rows as on another one.
+    pub(super) fn has_rows_of(&self, other: &Self) -> bool {
+        let rubs = self.friction > 0.0;
+        self.normal == other.normal
+            && rubs == (other.friction > 0.0)
+            && (!rubs || self.tangent == other.tangent)
+    }
+
     /// Refuses what the structure cannot have as its stop of this place.
     pub(super) fn checked(
         &self,

@@ -221,11 +221,7 @@ impl Motion {
         clock: Clock,
         state: StructureState,
     ) -> StructureLeg {
-        let held = match leg.phase {
-            Phase::Contact(mode) => self.held(mode.holds(self.structure(), &leg.touching.closed())),
-            _ => None,
-        };
-        let kind = match held {
+        let kind = match self.held_in(leg) {
             Some(motion) => {
                 let flight = motion.flight(clock, &state.q, &state.v);
                 LegKind::Closed(motion, Box::new(flight))
@@ -235,13 +231,38 @@ impl Motion {
         StructureLeg { clock, state, kind }
     }
 
-    /// Dimension of the states that a leg of this kind has.
-    pub(crate) fn dimension(&self, leg: &AnchorOf<Structure>) -> usize {
-        let held = match leg.phase {
+    /// What holds the closed stops of a leg; `None` of a free one, and where no force does it.
+    fn held_in(&self, leg: &AnchorOf<Structure>) -> Option<Arc<LinearMotion>> {
+        match leg.phase {
             Phase::Contact(mode) => self.held(mode.holds(self.structure(), &leg.touching.closed())),
             _ => None,
-        };
-        held.map_or(2 * self.structure().coordinates(), |motion| motion.dimension())
+        }
+    }
+
+    /// Carries states q, v along a leg of this kind from t = 0 on.
+    pub(crate) fn carry<'a>(
+        &self,
+        leg: &AnchorOf<Structure>,
+        elapsed: DoubleDouble,
+        states: impl Iterator<Item = &'a mut [f64]>,
+    ) {
+        let count = self.structure().coordinates();
+        let held = self.held_in(leg);
+        for state in states {
+            let (q, v) = state.split_at_mut(count);
+            if let Some(motion) = &held {
+                let after = motion.state_after(&motion.flight(Clock::START, q, v), elapsed);
+                (q.copy_from_slice(&after.0), v.copy_from_slice(&after.1));
+            } else {
+                let after = self.free.state_at(&self.free.flight(Clock::START, q, v), elapsed);
+                (q.copy_from_slice(&after.q), v.copy_from_slice(&after.v));
+            }
+        }
+    }
+
+    /// Dimension of the states that a leg of this kind has.
+    pub(crate) fn dimension(&self, leg: &AnchorOf<Structure>) -> usize {
+        self.held_in(leg).map_or(2 * self.structure().coordinates(), |motion| motion.dimension())
     }
 
     /// State at a local time.

@@ -113,16 +113,17 @@ impl Perturbed {
         }
     }
 
-    /// The same perturbations combined otherwise.
-    pub fn combine(&mut self, by: &DMatrix<f64>) {
-        self.columns = &self.columns * by;
+    /// The same perturbations combined otherwise: these are `columns`, which are the present ones
+    /// times `by` but for rounding.
+    pub fn recombine(&mut self, columns: DMatrix<f64>, by: &DMatrix<f64>) {
+        self.columns = columns;
         self.delay = self.delay.take().map(|delay| delay * by);
         self.samples.combine(by);
     }
 
-    /// Other perturbations of the same motion.
-    pub fn set(&mut self, columns: DMatrix<f64>) {
-        self.columns = columns;
+    /// What moves.
+    pub fn structure(&self) -> &Structure {
+        &self.of.structure
     }
 
     pub fn columns(&self) -> &DMatrix<f64> {
@@ -159,17 +160,8 @@ impl Perturbed {
         }
         self.settle(leg);
         self.struck.clear();
-        let count = self.of.structure.coordinates();
-        let motion = &self.of.homogeneous;
-        for mut column in self.columns.column_iter_mut() {
-            let numbers: Vec<f64> = column.iter().copied().collect();
-            let state = StructureState::new(&numbers[..count], &numbers[count..]);
-            let flight = motion.leg(leg, Clock::START, state);
-            let StructureState { q, v } = motion.state_after(&flight, elapsed);
-            for (entry, value) in column.iter_mut().zip(q.iter().chain(&v)) {
-                *entry = *value;
-            }
-        }
+        let rows = self.columns.nrows();
+        self.of.homogeneous.carry(leg, elapsed, self.columns.as_mut_slice().chunks_mut(rows));
         self.clock = clock;
         Ok(())
     }

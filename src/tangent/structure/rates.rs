@@ -46,14 +46,16 @@ impl Linearised {
         clock: Clock,
         state: &StructureState,
     ) -> DVector<f64> {
-        let elapsed = self.drive().until(leg.clock, clock);
-        let elapsed = if elapsed.hi < 0.0 { DoubleDouble::ZERO } else { elapsed };
-        let flight = self.motion.leg(leg, leg.clock, leg.state.clone());
         let mut acceleration = self.free_acceleration(clock, state);
-        for force in Motion::forces(&flight, elapsed) {
-            let rows = self.structure.contact(force.stop);
-            for (i, a) in acceleration.iter_mut().enumerate() {
-                *a += force.tangential * rows.by_tangent[i] - force.normal * rows.by_normal[i];
+        if let Phase::Contact(_) = leg.phase {
+            let elapsed = self.drive().until(leg.clock, clock);
+            let elapsed = if elapsed.hi < 0.0 { DoubleDouble::ZERO } else { elapsed };
+            let held = self.motion.leg(leg, leg.clock, leg.state.clone());
+            for force in Motion::forces(&held, elapsed) {
+                let rows = self.structure.contact(force.stop);
+                for (i, a) in acceleration.iter_mut().enumerate() {
+                    *a += force.tangential * rows.by_tangent[i] - force.normal * rows.by_normal[i];
+                }
             }
         }
         DVector::from_iterator(
