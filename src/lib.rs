@@ -79,7 +79,8 @@ pub use flight::{
 };
 pub use model::{
     Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, Simultaneous, State,
-    StateError, Stop, Structure, StructureBuilder, StructureState, System, SystemBuilder,
+    StateError, Stop, Structure, StructureBuilder, StructureParameter, StructureState, System,
+    SystemBuilder,
 };
 pub use numerics::cancel::CancelToken;
 pub use search::{GapPoint, Start};

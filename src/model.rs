@@ -15,4 +15,6 @@ pub use error::{ParameterError, SimulationError, StateError};
 pub use parameters::{Contact, ImpactLaw, Parameter, System, SystemBuilder};
 pub use point::Point;
 pub use state::{Clock, State};
-pub use structure::{Simultaneous, Stop, Structure, StructureBuilder, StructureState};
+pub use structure::{
+    Simultaneous, Stop, Structure, StructureBuilder, StructureParameter, StructureState,
+};

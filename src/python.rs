@@ -12,6 +12,7 @@ mod elementary;
 mod enums;
 mod errors;
 mod impact;
+mod itinerary;
 mod leg;
 mod lyapunov;
 mod one_impact;

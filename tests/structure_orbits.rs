@@ -1,11 +1,12 @@
 //! Periodic motions and Lyapunov exponents of structures: head-on contact against the pendulum's
 //! own machinery, one oscillator against closed forms, and what holds exactly.
 
-use nalgebra::Complex;
+use nalgebra::{Complex, DMatrix, DVector};
 use vibroimpact::analysis::shooting::Orbit;
+use vibroimpact::impact::strike;
 use vibroimpact::tangent::itinerary::Itinerary;
 use vibroimpact::{
-    CancelToken, Contact, ParameterError, RunOptions, State, Stop, Structure, StructureOrbit,
+    CancelToken, Contact, ParameterError, RunOptions, State, Stop, StopImpactRecord, Structure,
     StructureOrbitError, StructureStability, StructureState, System, lyapunov_spectrum, run,
     structure_lyapunov, structure_orbit,
 };
@@ -180,39 +181,77 @@ fn settled(structure: &Structure) -> StructureState {
     run(structure, rest, RunOptions::periods(400), &NEVER()).unwrap().final_state.state
 }
 
-/// The motion that a structure settles on from rest.
-fn orbit(structure: &Structure) -> StructureOrbit {
-    let state = settled(structure);
-    let found = (1..=8).find_map(|m| structure_orbit(structure, state.clone(), m, &NEVER()).ok());
-    found.unwrap()
+/// A row of masses on springs, each of which meets a stop along its coordinate and slips beside it.
+fn row(count: usize, friction: f64) -> Structure {
+    let between = |own: f64, next: f64| {
+        let entry = |i: usize, j: usize| match i.abs_diff(j) {
+            0 => own,
+            1 => next,
+            _ => 0.0,
+        };
+        (0..count).map(|i| (0..count).map(|j| entry(i, j)).collect()).collect::<Vec<Vec<f64>>>()
+    };
+    let mut builder = Structure::builder(between(1.0, 0.1), between(2.0, -0.9))
+        .damping(between(0.06, -0.02))
+        .drive((0..count).map(|i| (1.0 + 0.1 * i as f64).into()).collect::<Vec<_>>(), 1.1, 0.0);
+    for i in 0..count {
+        let along = |own: f64, next: f64| {
+            let mut row = vec![0.0; count];
+            row[i] = own;
+            row[(i + 1) % count] += next;
+            row
+        };
+        let stop = Stop::new(along(1.0, 0.0), 0.4 + 0.01 * i as f64, 0.8);
+        builder = builder.stop(if friction > 0.0 {
+            stop.with_friction(friction, along(0.3, 1.0))
+        } else {
+            stop
+        });
+    }
+    builder.build().unwrap()
 }
 
+/// ln |det S| of an impact: S = R + (F+ - R F-) (n, 0)/u-, whose determinant is det(dv+/dv-) u+/u-.
+fn volume_of(structure: &Structure, impact: &StopImpactRecord) -> f64 {
+    let stop = usize::try_from(impact.stop).unwrap();
+    let normal = structure.stops()[stop].normal();
+    let after = |place: usize, by: f64| {
+        let mut v = impact.v_pre.to_vec();
+        v[place] += by;
+        let u = normal.iter().zip(&v).map(|(n, v)| n * v).sum();
+        strike(structure, stop, u, &mut v).unwrap();
+        DVector::from_vec(v)
+    };
+    // An impact that slips is linear in the velocities: differences have no error but rounding.
+    let step = 1e-4;
+    let columns: Vec<DVector<f64>> = (0..structure.coordinates())
+        .map(|place| (after(place, step) - after(place, -step)) / (2.0 * step))
+        .collect();
+    let apart: f64 = normal.iter().zip(&impact.v_post).map(|(n, v)| n * v).sum();
+    (DMatrix::from_columns(&columns).determinant() * apart / impact.approach_velocity).abs().ln()
+}
+
+/// Of all 2N exponents damping takes tr M^-1 C, and each impact the logarithm of its determinant.
 #[test]
-fn the_state_follows_a_parameter_as_its_derivative_says() {
-    let structure = chain(0.8, 0.3, 0.8).unwrap();
-    let orbit = orbit(&structure);
-    assert!(orbit.impacts[0] > 0);
-    type Made = fn(f64) -> Result<Structure, ParameterError>;
-    let by: [(Made, f64); 3] = [
-        (|omega| chain(omega, 0.3, 0.8), 0.8),
-        (|gap| chain(0.8, gap, 0.8), 0.3),
-        (|r| chain(0.8, 0.3, r), 0.8),
-    ];
-    for (made, value) in by {
-        let slope = orbit.state_by(made, value, 1e-4, &NEVER()).unwrap();
-        let at = |by: f64| {
-            let (there, from) = (made(value + by).unwrap(), orbit.predicted(&slope, by));
-            let found = structure_orbit(&there, from, orbit.periods, &NEVER()).unwrap().state;
-            found.q.iter().chain(&found.v).copied().collect::<Vec<f64>>()
-        };
-        let change = 1e-5;
-        let [up, down, far_up, far_down] = [1.0, -1.0, 2.0, -2.0].map(|n| at(n * change));
-        for i in 0..4 {
-            let (fine, coarse) = (up[i] - down[i], far_up[i] - far_down[i]);
-            let wanted = (8.0 * fine - coarse) / (12.0 * change);
-            let error = (slope[i] - wanted).abs() / wanted.abs().max(1.0);
-            assert!(error < 1e-7, "{} {wanted}: {error:e}", slope[i]);
-        }
+fn all_exponents_add_up_to_damping_and_impacts() {
+    let (periods, aligning) = (60, 6);
+    for (count, friction) in [(20, 0.0), (20, 0.02), (6, 0.05)] {
+        let structure = row(count, friction);
+        let matrix = |of: &[Vec<f64>]| DMatrix::from_fn(count, count, |i, j| of[i][j]);
+        let damping = matrix(structure.mass()).lu().solve(&matrix(&structure.damping())).unwrap();
+        let rest = StructureState::new(&vec![0.0; count], &vec![0.0; count]);
+        let found =
+            structure_lyapunov(&structure, rest.clone(), periods, 2 * count, None, &NEVER())
+                .unwrap();
+        assert!(found.error.is_none(), "{:?}", found.error);
+        let whole = run(&structure, rest, RunOptions::periods(periods.into()), &NEVER()).unwrap();
+        let measured = whole.impacts.iter().filter(|impact| impact.period >= aligning);
+        let volumes: Vec<f64> = measured.map(|impact| volume_of(&structure, impact)).collect();
+        assert_eq!(volumes.len() as u64, found.impacts.iter().sum::<u64>());
+        assert!(volumes.len() > 300 && volumes.iter().all(|volume| volume.is_finite()));
+        let wanted = volumes.iter().sum::<f64>() / found.time - damping.trace();
+        let sum: f64 = found.exponents.iter().sum();
+        assert!((sum - wanted).abs() < 1e-9 * wanted.abs(), "{count} {friction}: {sum} {wanted}");
     }
 }
 

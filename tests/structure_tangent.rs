@@ -240,7 +240,7 @@ fn derivatives_go_on_through_several_impacts_at_one_instant() {
 fn trace_of_decay(structure: &Structure) -> f64 {
     let count = structure.coordinates();
     let of = |rows: &[Vec<f64>]| DMatrix::from_fn(count, count, |i, j| rows[i][j]);
-    of(structure.mass()).lu().solve(&of(structure.damping())).unwrap().trace()
+    of(structure.mass()).lu().solve(&of(&structure.damping())).unwrap().trace()
 }
 
 /// Frictionless impacts take r^2 each from volumes, moving or not, and damping exp(-t tr M^-1 C).

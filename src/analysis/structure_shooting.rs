@@ -18,8 +18,7 @@ mod hump;
 mod itinerary;
 mod verdict;
 
-pub use by_parameter::StructureParameter;
-pub use itinerary::{StopLeg, StructureItinerary, StructureItineraryError};
+pub use itinerary::{StopLeg, StructureItinerary};
 pub use verdict::StructureRejection;
 
 use std::sync::{Arc, OnceLock};
@@ -32,7 +31,7 @@ use crate::analysis::tolerances::NEGATIVE_LEG;
 use crate::impact::RegimeKind;
 use crate::model::error::ParameterError;
 use crate::model::state::Clock;
-use crate::model::structure::{Structure, StructureState};
+use crate::model::structure::{Structure, StructureParameter, StructureState};
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::{Anchor, AnchorOf, Model};
 use crate::tangent::border::Border;

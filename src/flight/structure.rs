@@ -216,6 +216,22 @@ impl StructureMotion {
         }
     }
 
+    /// Carries states q, v, one after another, from t = 0 on; of a structure without loads and drive.
+    pub(crate) fn carry(&self, elapsed: DoubleDouble, states: &mut [f64]) {
+        let count = self.structure.coordinates();
+        if let Motions::Modal(modal) = &self.motion
+            && states.len() > FEW_STATES * 2 * count
+        {
+            return modal.carry(&self.structure, elapsed, states);
+        }
+        for state in states.chunks_exact_mut(2 * count) {
+            let (q, v) = state.split_at_mut(count);
+            let after = self.state_at(&self.flight(Clock::START, q, v), elapsed);
+            q.copy_from_slice(&after.q);
+            v.copy_from_slice(&after.v);
+        }
+    }
+
     /// Gap of a stop and its rate, u, at a clock, coordinates and velocities.
     #[must_use]
     pub fn gap(&self, stop: usize, clock: Clock, q: &[f64], v: &[f64]) -> (f64, f64) {
@@ -292,6 +308,9 @@ impl StructureMotion {
         }
     }
 }
+
+/// So few states are carried one by one: twice the motion of a unit takes as long.
+const FEW_STATES: usize = 2;
 
 const OTHER: &str = "the flight is of another structure";
 

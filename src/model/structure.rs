@@ -10,6 +10,7 @@
 mod damping;
 mod modes;
 mod pairs;
+mod parameter;
 mod simultaneous;
 mod state;
 mod stop;
@@ -25,6 +26,7 @@ use crate::numerics::dense::Matrix;
 use crate::numerics::double_double::DoubleDouble;
 use damping::{Damping, ModalDamping};
 use modes::{Modes, modes};
+pub use parameter::StructureParameter;
 pub use simultaneous::Simultaneous;
 pub(crate) use state::largest_number;
 pub use state::{Coordinates, StructureState};
@@ -62,9 +64,7 @@ const SYMMETRIC: f64 = 1e-14;
 pub struct Structure {
     mass: Vec<Vec<f64>>,
     stiffness: Vec<Vec<f64>>,
-    damping: Vec<Vec<f64>>,
-    /// The damping ratios that it stands for, if it was given by those.
-    ratios: Option<Vec<f64>>,
+    damping: Damping,
     stops: Vec<Stop>,
     drive_frequency: f64,
     phase: f64,
@@ -233,14 +233,10 @@ impl StructureBuilder {
         for (place, (stop, contact)) in self.stops.iter().zip(&contacts).enumerate() {
             contact.checked(stop, place)?;
         }
-        let damped = known.as_ref().filter(|known| self.damping.is_that_of(known));
-        let (ModalDamping { decay_rates, coupling }, damping) = match damped {
-            Some(known) => (known.damping_in_modes(), known.damping.clone()),
-            None => {
-                let modal = self.damping.in_modes(&found, count)?;
-                let matrix = self.damping.matrix(&self.mass, &found, &modal.decay_rates);
-                (modal, matrix)
-            }
+        let damped = known.as_ref().filter(|known| self.damping == known.damping);
+        let ModalDamping { decay_rates, coupling } = match damped {
+            Some(known) => known.damping_in_modes(),
+            None => self.damping.in_modes(&found, count)?,
         };
         let modes = (0..count).zip(decay_rates).map(|(i, decay_rate)| {
             let on = |vector: &[f64]| {
@@ -263,8 +259,7 @@ impl StructureBuilder {
         Ok(Structure {
             mass: self.mass,
             stiffness: self.stiffness,
-            damping,
-            ratios: self.damping.ratios(),
+            damping: self.damping,
             stops: self.stops,
             drive_frequency: self.drive_frequency,
             phase: self.phase,
@@ -317,8 +312,9 @@ impl Structure {
 
     /// C, (N, N); that of the damping ratios, where those were given.
     #[must_use]
-    pub fn damping(&self) -> &[Vec<f64>] {
-        &self.damping
+    pub fn damping(&self) -> Vec<Vec<f64>> {
+        let rates = self.modes.iter().map(|mode| mode.decay_rate).collect::<Vec<_>>();
+        self.damping.matrix(&self.mass, &self.found, &rates)
     }
 
     /// The stops.

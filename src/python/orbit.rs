@@ -1,23 +1,17 @@
 //! `_core.Itinerary`: the kernels of shooting.
 
-use nalgebra::Matrix4;
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-};
+use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::cancel::{interrupted, interruptible};
+use super::itinerary::{Matrix, checked_leg, followed, judged, matrix, residual, words};
 use super::leg::{PyCondition, PyLeg};
 use super::system::PySystem;
 use super::system::to_state;
 use super::systems::PySystems;
 use crate::analysis::shooting::{Orbit, Verdict};
-use crate::model::error::ParameterError;
 use crate::model::state::State;
-use crate::numerics::cancel::CancelToken;
-use crate::simulate::event::StopReason;
-use crate::tangent::itinerary::{Itinerary, ItineraryError, Node};
+use crate::tangent::itinerary::{Itinerary, Node};
 
 /// The legs of a periodic motion.
 #[pyclass(name = "Itinerary", module = "vibroimpact._core", frozen)]
@@ -27,23 +21,8 @@ fn to_nodes(nodes: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Node>> {
     Ok(arrays::to_states(nodes)?.into_iter().map(Node::from_array).collect())
 }
 
-fn matrix<'py>(py: Python<'py>, matrix: &Matrix4<f64>) -> PyResult<Matrix<'py>> {
-    PyArray1::from_slice(py, matrix.transpose().as_slice()).reshape([4, 4])
-}
-
-/// What Python raises where an itinerary or a verdict is an error, and not an outcome.
-fn refusal(error: ItineraryError) -> PyErr {
-    match error {
-        ItineraryError::Parameter(error) => error.into(),
-        ItineraryError::State(error) => error.into(),
-        _ => interrupted("interrupted while a motion was followed".to_owned()),
-    }
-}
-
 /// A condition, its value, time in the leg.
 type TestRow = (PyCondition, f64, f64);
-
-type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
 /// Return maps, and which orbits are motions.
 type Judged<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray1<bool>>);
@@ -78,20 +57,14 @@ impl PyItinerary {
     ) -> PyResult<(Option<(Self, Matrix<'py>)>, String)> {
         let initial = to_state(initial)?;
         let system = system.0;
-        let follow = |cancel: &CancelToken| {
-            Ok(Itinerary::follow(&system, initial, periods, max_events, cancel))
-        };
-        match interruptible::<_, ParameterError>(py, None, follow)?.0 {
+        match followed(py, |cancel| {
+            Itinerary::follow(&system, initial, periods, max_events, cancel)
+        })? {
             Ok((itinerary, nodes)) => {
                 let rows: Vec<[f64; 4]> = nodes.into_iter().map(Node::to_array).collect();
                 Ok((Some((Self(itinerary), arrays::states(py, &rows)?)), String::new()))
             }
-            Err(
-                refused @ (ItineraryError::Parameter(_)
-                | ItineraryError::State(_)
-                | ItineraryError::Stopped(StopReason::Interrupted)),
-            ) => Err(refusal(refused)),
-            Err(other) => Ok((None, other.to_string())),
+            Err(why) => Ok((None, why)),
         }
     }
 
@@ -130,12 +103,9 @@ impl PyItinerary {
         parameters: Option<Vec<String>>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Matrix<'py>)> {
         let nodes = to_nodes(&nodes)?;
-        let residual =
+        let found =
             Orbit::new(&system.0, &self.0, &nodes)?.residual(&parameters.unwrap_or_default())?;
-        let rows = residual.values.len();
-        let jacobian =
-            PyArray1::from_vec(py, residual.jacobian).reshape([rows, residual.columns])?;
-        Ok((residual.values.into_pyarray(py), jacobian))
+        residual(py, (found.values, found.jacobian, found.columns))
     }
 
     /// The conditions with their values, positive inside, and their times in the leg.
@@ -202,11 +172,9 @@ impl PyItinerary {
     ) -> PyResult<(Matrix<'py>, String)> {
         let nodes = to_nodes(&nodes)?;
         let orbit = Orbit::new(&system.0, &self.0, &nodes)?;
-        let judge = |cancel: &CancelToken| Ok(orbit.verdict(max_events, cancel));
         let Verdict { return_map, rejection } =
-            interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
-        let why = rejection.map_or_else(String::new, |why| why.to_string());
-        Ok((matrix(py, &return_map)?, why))
+            judged(py, |cancel| orbit.verdict(max_events, cancel))?;
+        Ok((matrix(py, &return_map)?, words(rejection)))
     }
 
     /// The return maps (k, 4, 4) of orbits of one leg, orbit i with the node in row i and of the
@@ -225,8 +193,7 @@ impl PyItinerary {
             let system = systems.get(number)?;
             orbits.push(Orbit::new(system, &self.0, node)?);
         }
-        let judge = |cancel: &CancelToken| Ok(Orbit::verdicts(&orbits, max_events, cancel));
-        let judged = interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
+        let judged = judged(py, |cancel| Orbit::verdicts(&orbits, max_events, cancel))?;
         let maps: Vec<f64> = judged
             .iter()
             .flat_map(|verdict| verdict.return_map.transpose().as_slice().to_vec())
@@ -282,9 +249,7 @@ impl PyItinerary {
         leg: usize,
         time: f64,
     ) -> PyResult<Option<[f64; 4]>> {
-        if leg >= self.0.legs.len() {
-            return Err(ParameterError::new("leg", leg, "a leg of the itinerary").into());
-        }
+        checked_leg(leg, self.0.legs.len())?;
         let nodes = to_nodes(&nodes)?;
         let state = Orbit::new(&system.0, &self.0, &nodes)?.state_in_leg(leg, time);
         Ok(state.map(State::to_array))

@@ -4,25 +4,19 @@
 // PyO3 calls methods by reference.
 #![allow(clippy::trivially_copy_pass_by_ref)]
 
-use nalgebra::DMatrix;
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-};
+use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 
-use super::cancel::{interrupted, interruptible};
 use super::enums::{LegKind, Member};
+use super::itinerary::{Matrix, checked_leg, followed, judged, matrix, residual, words};
 use super::structure::PyStructure;
 use crate::analysis::structure_shooting::{
-    StopCondition, StopLeg, StructureCycle, StructureItinerary, StructureItineraryError,
-    StructureParameter,
+    StopCondition, StopLeg, StructureCycle, StructureItinerary,
 };
 use crate::impact::RegimeKind;
 use crate::model::error::ParameterError;
-use crate::model::structure::StructureState;
-use crate::numerics::cancel::CancelToken;
-use crate::simulate::event::StopReason;
+use crate::model::structure::{StructureParameter, StructureState};
 use crate::tangent::border::{Border, BorderKind};
 
 /// One leg of a motion of a structure.
@@ -154,19 +148,8 @@ impl PyStopCondition {
 #[pyclass(name = "StructureItinerary", module = "vibroimpact._core", frozen)]
 pub(super) struct PyStructureItinerary(StructureItinerary);
 
-type Matrix<'py> = Bound<'py, PyArray2<f64>>;
-
 /// A condition, its value, time in the leg.
 type TestRow = (PyStopCondition, f64, f64);
-
-/// What Python raises where an itinerary or a verdict is an error, and not an outcome.
-fn refusal(error: StructureItineraryError) -> PyErr {
-    match error {
-        StructureItineraryError::Parameter(error) => error.into(),
-        StructureItineraryError::State(error) => error.into(),
-        _ => interrupted("interrupted while a motion was followed".to_owned()),
-    }
-}
 
 fn stacked<'py>(py: Python<'py>, states: &[StructureState], count: usize) -> Stacked<'py> {
     let flat: Vec<f64> =
@@ -175,11 +158,6 @@ fn stacked<'py>(py: Python<'py>, states: &[StructureState], count: usize) -> Sta
 }
 
 type Stacked<'py> = PyResult<Bound<'py, PyArray3<f64>>>;
-
-fn square<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Matrix<'py>> {
-    let (rows, columns) = matrix.shape();
-    PyArray1::from_slice(py, matrix.transpose().as_slice()).reshape([rows, columns])
-}
 
 impl PyStructureItinerary {
     fn cycle<'a>(
@@ -225,22 +203,16 @@ impl PyStructureItinerary {
             return Err(ParameterError::new("initial", rows.nrows(), "two rows, q and v").into());
         }
         let initial = StructureState::new(&rows.row(0).to_vec(), &rows.row(1).to_vec());
-        let follow = |cancel: &CancelToken| {
-            Ok(StructureItinerary::follow(&system.0, &initial, periods, max_events, cancel))
-        };
-        match interruptible::<_, ParameterError>(py, None, follow)?.0 {
+        match followed(py, |cancel| {
+            StructureItinerary::follow(&system.0, &initial, periods, max_events, cancel)
+        })? {
             Ok((itinerary, nodes)) => {
                 let rows = itinerary.legs.len();
                 let width = nodes.len() / rows;
                 let nodes = PyArray1::from_vec(py, nodes).reshape([rows, width])?;
                 Ok((Some((Self(itinerary), nodes)), String::new()))
             }
-            Err(
-                refused @ (StructureItineraryError::Parameter(_)
-                | StructureItineraryError::State(_)
-                | StructureItineraryError::Stopped(StopReason::Interrupted)),
-            ) => Err(refusal(refused)),
-            Err(other) => Ok((None, other.to_string())),
+            Err(why) => Ok((None, why)),
         }
     }
 
@@ -274,11 +246,8 @@ impl PyStructureItinerary {
             .iter()
             .map(|name| StructureParameter::from_name(name, stops))
             .collect::<Result<_, _>>()?;
-        let residual = self.cycle(system, &nodes)?.residual(&named);
-        let rows = residual.values.len();
-        let jacobian =
-            PyArray1::from_vec(py, residual.jacobian).reshape([rows, residual.columns])?;
-        Ok((residual.values.into_pyarray(py), jacobian))
+        let found = self.cycle(system, &nodes)?.residual(&named);
+        residual(py, (found.values, found.jacobian, found.columns))
     }
 
     /// The conditions with their values, positive inside, and their times in the leg.
@@ -298,7 +267,7 @@ impl PyStructureItinerary {
         system: &PyStructure,
         nodes: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Matrix<'py>> {
-        square(py, &self.cycle(system, &nodes)?.return_map())
+        matrix(py, &self.cycle(system, &nodes)?.return_map())
     }
 
     /// Why a solution is no motion of its structure, in words; empty if it is one.
@@ -310,9 +279,7 @@ impl PyStructureItinerary {
         max_events: u64,
     ) -> PyResult<String> {
         let cycle = self.cycle(system, &nodes)?;
-        let judge = |cancel: &CancelToken| Ok(cycle.rejection(max_events, cancel));
-        let rejection = interruptible::<_, ParameterError>(py, None, judge)?.0.map_err(refusal)?;
-        Ok(rejection.map_or_else(String::new, |why| why.to_string()))
+        Ok(words(judged(py, |cancel| cycle.rejection(max_events, cancel))?))
     }
 
     /// States (k, 2, N) at the starts of the drive periods.
@@ -366,9 +333,7 @@ impl PyStructureItinerary {
         leg: usize,
         time: f64,
     ) -> PyResult<Matrix<'py>> {
-        if leg >= self.0.legs.len() {
-            return Err(ParameterError::new("leg", leg, "a leg of the itinerary").into());
-        }
+        checked_leg(leg, self.0.legs.len())?;
         let state = self.cycle(system, &nodes)?.state_in_leg(leg, time);
         let flat: Vec<f64> = state.q.iter().chain(&state.v).copied().collect();
         PyArray1::from_vec(py, flat).reshape([2, system.0.coordinates()])

@@ -80,6 +80,43 @@ pub enum ItineraryError {
     /// More legs than the dense matrices of shooting are made for.
     #[error("{0} legs are more than the {MOST_LEGS} that can be solved for")]
     TooLong(usize),
+    /// A stop of a structure stays closed for a while, or infinitely many impacts follow one another.
+    #[error("the motion has {0} at stop {1}; what is followed are sequences of impacts")]
+    NotImpacts(&'static str, usize),
+    /// Several stops of a structure are struck at one instant.
+    #[error(
+        "stops {0} and {1} are struck at one instant; what is followed are sequences of impacts at \
+         instants of their own"
+    )]
+    Together(usize, usize),
+}
+
+/// Refuses what no periodic motion has: so many legs, among which is a circuit or not, the drive
+/// periods after which it repeats, and those at the start of each leg.
+pub(crate) fn checked_sequence(
+    (legs, circuit): (usize, bool),
+    periods: i64,
+    clocks: &[i64],
+) -> Result<(), ParameterError> {
+    if periods < 1 {
+        return Err(ParameterError::new("periods", periods, "a whole number >= 1"));
+    }
+    if legs == 0 || (circuit && legs > 1) {
+        return Err(ParameterError::new("legs", legs, "a circuit alone, or others"));
+    }
+    if clocks.len() != legs {
+        return Err(ParameterError::new("clocks", clocks.len(), "as many as legs"));
+    }
+    // Their sums and differences are counted too.
+    let most = 1i64 << 53;
+    for (name, count) in
+        [("periods", periods)].into_iter().chain(clocks.iter().map(|&clock| ("clocks", clock)))
+    {
+        if !(-most..=most).contains(&count) {
+            return Err(ParameterError::new(name, count, "at most 2^53"));
+        }
+    }
+    Ok(())
 }
 
 /// A leg with the event that ends it.
@@ -106,24 +143,7 @@ impl Itinerary {
         wall_at_rest: bool,
     ) -> Result<Self, ParameterError> {
         let clocks = clocks.unwrap_or_else(|| vec![0; legs.len()]);
-        if periods < 1 {
-            return Err(ParameterError::new("periods", periods, "a whole number >= 1"));
-        }
-        if legs.is_empty() || (legs.contains(&Leg::Circuit) && legs.len() > 1) {
-            return Err(ParameterError::new("legs", legs.len(), "a circuit alone, or others"));
-        }
-        if clocks.len() != legs.len() {
-            return Err(ParameterError::new("clocks", clocks.len(), "as many as legs"));
-        }
-        // Their sums and differences are counted too.
-        let most = 1i64 << 53;
-        for (name, count) in
-            [("periods", periods)].into_iter().chain(clocks.iter().map(|&clock| ("clocks", clock)))
-        {
-            if !(-most..=most).contains(&count) {
-                return Err(ParameterError::new(name, count, "at most 2^53"));
-            }
-        }
+        checked_sequence((legs.len(), legs.contains(&Leg::Circuit)), periods, &clocks)?;
         Ok(Self { legs, periods, clocks, wall_at_rest })
     }
 

@@ -265,7 +265,8 @@ class Page:
             self.maps.clear()
             self.maps.note("A map counts drive periods. There is no drive frequency.")
             return
-        work = partial(_MAPS[state.map], state, compute.detail(state, compute.COARSE))
+        detail = compute.detail(state, compute.COARSE, moving=True)
+        work = partial(_MAPS[state.map], state, detail)
         self._submit("map", work, partial(self._show_result, state), self._refuse_map)
         self._after_rest("fine map", self._show_fine)
 

@@ -63,9 +63,13 @@ def run_options(machine: Machine) -> dict[str, Any]:
     return {"periods": PERIODS, "keep": KEEP} if machine.driven else {"time": machine.time}
 
 
-def detail(state: State, details: Mapping[str, Detail]) -> Detail:
-    """Return how finely the map of a state is computed: large machines have fewer cells."""
+def detail(state: State, details: Mapping[str, Detail], *, moving: bool = False) -> Detail:
+    """Return how finely the map of a state is computed: large machines have fewer cells.
+
+    ``moving``: a slider moves.
+    """
     usual, effort = details[state.map], state.machine.effort
+    effort *= state.machine.haste if moving else 1
     return dataclasses.replace(
         usual, columns=max(usual.columns // effort, 2), rows=usual.rows // effort
     )

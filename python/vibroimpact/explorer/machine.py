@@ -232,6 +232,9 @@ class Machine(ABC):
     def effort(self) -> int:
         """By how much a map has fewer columns and rows than the smallest machine's."""
 
+    # By how much coarser still a map is while a slider moves.
+    haste: ClassVar[int] = 1
+
     @abstractmethod
     def sampled(self, run: Any, time: Array) -> tuple[Array, Array | None]:
         """Return states at some times, and forces if the drawing needs them."""

@@ -37,6 +37,8 @@ class OfStructure(StructureNumbers):
     maps = ("diagram", "chart")
     branches = False
     rate = "per unit of time"
+    # They move one by one, and not in the lanes of vector registers.
+    haste = 2
 
     # What is computed.
 

@@ -13,58 +13,9 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{Flown, StructureCycle};
-use crate::model::error::ParameterError;
 use crate::model::state::Clock;
+use crate::model::structure::StructureParameter;
 use crate::tangent::structure::Linearised;
-
-/// A number that a structure is varied by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum StructureParameter {
-    /// omega.
-    DriveFrequency,
-    /// Phase of the drive at t = 0.
-    Phase,
-    /// Gap of one stop, or of all.
-    Gap(Option<usize>),
-    /// Coefficient of restitution.
-    Restitution(Option<usize>),
-    /// Coefficient of friction.
-    Friction(Option<usize>),
-}
-
-impl StructureParameter {
-    /// The parameter of this name.
-    ///
-    /// # Errors
-    /// [`ParameterError`] if there is none.
-    pub fn from_name(name: &str, stops: usize) -> Result<Self, ParameterError> {
-        let unknown = || {
-            let allowed =
-                "drive_frequency, phase, gap, restitution, friction, or those of one stop";
-            ParameterError::new("parameter", name.to_owned(), allowed)
-        };
-        let (own, number) = match name.rsplit_once('_') {
-            Some((own, digits))
-                if !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()) =>
-            {
-                (own, Some(digits.parse::<usize>().map_err(|_| unknown())?))
-            }
-            _ => (name, None),
-        };
-        if number.is_some_and(|stop| stop >= stops) {
-            return Err(unknown());
-        }
-        match (own, number) {
-            ("drive_frequency", None) => Ok(Self::DriveFrequency),
-            ("phase", None) => Ok(Self::Phase),
-            ("gap", stop) => Ok(Self::Gap(stop)),
-            ("restitution", stop) => Ok(Self::Restitution(stop)),
-            ("friction", stop) => Ok(Self::Friction(stop)),
-            _ => Err(unknown()),
-        }
-    }
-}
 
 /// h and dh/dw of the modes, and their shapes.
 #[derive(Debug)]

@@ -4,12 +4,12 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::impact::RegimeKind;
-use crate::model::error::{ParameterError, SimulationError, StateError};
+use crate::model::error::ParameterError;
 use crate::model::structure::{Structure, StructureState};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::event::StopReason;
 use crate::simulate::structure::StructureEvent;
 use crate::simulate::{Horizon, Simulation};
+use crate::tangent::itinerary::{ItineraryError, checked_sequence};
 use crate::tangent::structure::direction_of;
 use crate::tangent::tolerances::MOST_LEGS;
 
@@ -86,60 +86,14 @@ pub struct StructureItinerary {
     pub clocks: Vec<i64>,
 }
 
-/// Why a motion has no such sequence.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum StructureItineraryError {
-    /// Bad input.
-    #[error(transparent)]
-    Parameter(#[from] ParameterError),
-    /// Bad input.
-    #[error(transparent)]
-    State(#[from] StateError),
-    /// A failed computation.
-    #[error(transparent)]
-    Simulation(#[from] SimulationError),
-    /// The motion ends.
-    #[error("the motion ends: {}", .0.name())]
-    Stopped(StopReason),
-    /// A stop stays closed for a while, or infinitely many impacts follow one another.
-    #[error("the motion has {0} at stop {1}; what is followed are sequences of impacts")]
-    NotImpacts(&'static str, usize),
-    /// Several stops are struck at one instant.
-    #[error(
-        "stops {0} and {1} are struck at one instant; what is followed are sequences of impacts at \
-         instants of their own"
-    )]
-    Together(usize, usize),
-    /// More impacts than dense matrices are made for.
-    #[error("{0} impacts are more than the {MOST_LEGS} that can be solved for")]
-    TooLong(usize),
-}
-
 impl StructureItinerary {
     /// Of these legs.
     ///
     /// # Errors
     /// [`ParameterError`] for an empty or inconsistent sequence.
     pub fn new(legs: Vec<StopLeg>, periods: i64, clocks: Vec<i64>) -> Result<Self, ParameterError> {
-        if periods < 1 {
-            return Err(ParameterError::new("periods", periods, "a whole number >= 1"));
-        }
-        if legs.is_empty() || (legs.contains(&StopLeg::Circuit) && legs.len() > 1) {
-            return Err(ParameterError::new("legs", legs.len(), "a circuit alone, or impacts"));
-        }
-        if clocks.len() != legs.len() {
-            return Err(ParameterError::new("clocks", clocks.len(), "as many as legs"));
-        }
-        // Their sums and differences are counted too.
-        let most = 1i64 << 53;
-        for (name, count) in
-            [("periods", periods)].into_iter().chain(clocks.iter().map(|&clock| ("clocks", clock)))
-        {
-            if !(-most..=most).contains(&count) {
-                return Err(ParameterError::new(name, count, "at most 2^53"));
-            }
-        }
+        let circuit = legs.contains(&StopLeg::Circuit);
+        checked_sequence((legs.len(), circuit), periods, &clocks)?;
         Ok(Self { legs, periods, clocks })
     }
 
@@ -153,14 +107,14 @@ impl StructureItinerary {
     /// back, and the nodes row by row. `cancel` ends it.
     ///
     /// # Errors
-    /// [`StructureItineraryError`]
+    /// [`ItineraryError`]
     pub fn follow(
         structure: &Structure,
         initial: &StructureState,
         periods: i64,
         max_events: u64,
         cancel: &CancelToken,
-    ) -> Result<(Self, Vec<f64>), StructureItineraryError> {
+    ) -> Result<(Self, Vec<f64>), ItineraryError> {
         if periods < 1 || structure.drive_frequency() == 0.0 {
             let allowed = "a whole number >= 1, of a structure that is driven";
             return Err(ParameterError::new("periods", periods, allowed).into());
@@ -179,7 +133,7 @@ impl StructureItinerary {
                     if let Some((time, other)) = last
                         && time == event.time
                     {
-                        return Err(StructureItineraryError::Together(other, stop));
+                        return Err(ItineraryError::Together(other, stop));
                     }
                     last = Some((event.time, stop));
                     let slip = structure.slip(stop, &event.pre.v);
@@ -190,22 +144,19 @@ impl StructureItinerary {
                     nodes.extend(event.post.q.iter().chain(&event.post.v));
                     nodes.push(event.clock.time_in_period);
                     if ended.len() > MOST_LEGS {
-                        return Err(StructureItineraryError::TooLong(ended.len()));
+                        return Err(ItineraryError::TooLong(ended.len()));
                     }
                 }
                 StructureEvent::Chatter(event) => {
-                    return Err(StructureItineraryError::NotImpacts(
-                        "complete chatter",
-                        event.stop,
-                    ));
+                    return Err(ItineraryError::NotImpacts("complete chatter", event.stop));
                 }
                 StructureEvent::Closed(event) | StructureEvent::Release(event) => {
-                    return Err(StructureItineraryError::NotImpacts("lasting contact", event.stop));
+                    return Err(ItineraryError::NotImpacts("lasting contact", event.stop));
                 }
                 StructureEvent::Graze(_) => {}
                 StructureEvent::Stop(event) if event.reason.reached_the_end() => break,
                 StructureEvent::Stop(event) => {
-                    return Err(StructureItineraryError::Stopped(event.reason));
+                    return Err(ItineraryError::Stopped(event.reason));
                 }
             }
         }

@@ -3,10 +3,7 @@
 
 use std::fmt;
 
-use super::{
-    StopConditionValue, StructureCycle, StructureItinerary, StructureItineraryError, numbers,
-    state_of,
-};
+use super::{StopConditionValue, StructureCycle, StructureItinerary, numbers, state_of};
 use crate::analysis::shooting::Digits;
 use crate::analysis::tolerances::{CLOSES, NEAR_EVENT, ON_BORDER};
 use crate::model::error::StateError;
@@ -15,6 +12,7 @@ use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::StopReason;
 use crate::simulate::{Horizon, Simulation};
 use crate::tangent::border::{Border, BorderKind};
+use crate::tangent::itinerary::ItineraryError;
 
 /// Why a solution is no motion of its structure.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +23,7 @@ pub enum StructureRejection {
     /// A condition of a leg that does not hold.
     Violated(StopConditionValue),
     /// A simulation of it has no sequence of impacts.
-    Simulation(StructureItineraryError),
+    Simulation(ItineraryError),
     /// A simulation of it passes other events.
     OtherEvents,
     /// A simulation of it ends at this distance from its start.
@@ -69,12 +67,12 @@ impl StructureCycle<'_> {
     /// events.
     ///
     /// # Errors
-    /// [`StructureItineraryError`] if `cancel` ends it.
+    /// [`ItineraryError`] if `cancel` ends it.
     pub fn rejection(
         &self,
         max_events: u64,
         cancel: &CancelToken,
-    ) -> Result<Option<StructureRejection>, StructureItineraryError> {
+    ) -> Result<Option<StructureRejection>, ItineraryError> {
         let return_map = self.return_map();
         if return_map.iter().any(|entry| !entry.is_finite()) {
             return Ok(Some(StructureRejection::NotFollowed));
@@ -102,7 +100,7 @@ impl StructureCycle<'_> {
         growth: f64,
         max_events: u64,
         cancel: &CancelToken,
-    ) -> Result<Option<StructureRejection>, StructureItineraryError> {
+    ) -> Result<Option<StructureRejection>, ItineraryError> {
         let moment = self.clear_of_impacts();
         let start = self.state_at(moment);
         let turned;
@@ -144,7 +142,7 @@ impl StructureCycle<'_> {
             }
         };
         if cancel.is_cancelled() {
-            return Err(StructureItineraryError::Stopped(StopReason::Interrupted));
+            return Err(ItineraryError::Stopped(StopReason::Interrupted));
         }
         let (from, to) = (numbers(&start), numbers(&end));
         let off = (to - &from).amax();
@@ -187,11 +185,9 @@ impl StructureCycle<'_> {
 }
 
 /// A wish to end is no verdict.
-fn refused_or(
-    error: StructureItineraryError,
-) -> Result<Option<StructureRejection>, StructureItineraryError> {
+fn refused_or(error: ItineraryError) -> Result<Option<StructureRejection>, ItineraryError> {
     match error {
-        StructureItineraryError::Stopped(StopReason::Interrupted) => Err(error),
+        ItineraryError::Stopped(StopReason::Interrupted) => Err(error),
         why => Ok(Some(StructureRejection::Simulation(why))),
     }
 }

@@ -4,6 +4,7 @@
 #![allow(clippy::inline_always)] // a flight is compiled for several instruction sets
 
 mod begins;
+mod carry;
 mod fours;
 mod search;
 mod shared;
@@ -14,6 +15,7 @@ use std::sync::OnceLock;
 use smallvec::SmallVec;
 
 use self::begins::StopGroup;
+use self::carry::Carried;
 use self::fours::{FOUR, Four};
 use self::search::ContactSearch;
 use super::{StopContact, StopMotion};
@@ -147,6 +149,11 @@ impl ModalMotion {
         elapsed: DoubleDouble,
     ) -> StructureState {
         lanes::narrow(StateOfFlight { motion: self, structure, flight, elapsed })
+    }
+
+    /// Carries many states q, v, one after another, from t = 0 on, without loads and drive.
+    pub fn carry(&self, structure: &Structure, elapsed: DoubleDouble, states: &mut [f64]) {
+        lanes::narrow(Carried { motion: self, structure, elapsed, states });
     }
 
     /// Displacement and rate of each mode: a short time after the start, where angles need not be

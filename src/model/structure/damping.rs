@@ -1,7 +1,7 @@
 //! The damping of a structure: ratios of its modes, or a matrix C.
 
 use super::modes::{Modes, RIGID};
-use super::{Structure, checked_matrix, checked_vector};
+use super::{checked_matrix, checked_vector};
 use crate::model::error::ParameterError;
 use crate::numerics::dense::Matrix;
 use crate::numerics::double_double::DoubleDouble;
@@ -10,7 +10,7 @@ use crate::numerics::double_double::DoubleDouble;
 const COUPLED: f64 = 1e-12;
 
 /// As it was given.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Damping {
     None,
     Ratios(Vec<f64>),
@@ -26,23 +26,6 @@ pub(super) struct ModalDamping {
 }
 
 impl Damping {
-    /// The ratios, if it was given by them.
-    pub fn ratios(self) -> Option<Vec<f64>> {
-        match self {
-            Self::Ratios(ratios) => Some(ratios),
-            Self::None | Self::Matrix(_) => None,
-        }
-    }
-
-    /// Whether that of a structure with the same modes was given so.
-    pub fn is_that_of(&self, structure: &Structure) -> bool {
-        match self {
-            Self::None => false,
-            Self::Ratios(ratios) => structure.ratios.as_ref() == Some(ratios),
-            Self::Matrix(matrix) => structure.ratios.is_none() && structure.damping == *matrix,
-        }
-    }
-
     /// What it is in the modes, or why there is none.
     pub fn in_modes(&self, found: &Modes, count: usize) -> Result<ModalDamping, ParameterError> {
         match self {

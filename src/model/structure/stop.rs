@@ -1,20 +1,12 @@
 //! The stops of a structure.
 
-use super::checked_vector;
 use super::modes::Modes;
+use super::{StructureParameter, checked_vector};
 use crate::model::error::ParameterError;
 use crate::numerics::double_double::DoubleDouble;
 
 /// A tangent whose ac - b^2 is at most this part of ac is parallel to the normal.
 const PARALLEL: f64 = 1e-12;
-
-/// A number of a stop that is varied by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum StopNumber {
-    Gap,
-    Restitution,
-    Friction,
-}
 
 /// A rigid one-sided stop, g = normal . q - gap - amplitude cos(omega t + phase) <= 0.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,13 +96,14 @@ impl Stop {
         Self { gap: 0.0, amplitude: 0.0, ..self.clone() }
     }
 
-    /// The stop with another gap, restitution or friction.
-    pub(super) fn with(&self, number: StopNumber, value: f64) -> Self {
+    /// The stop with another gap, restitution or friction; the rest is not its own.
+    pub(super) fn with(&self, parameter: StructureParameter, value: f64) -> Self {
         let mut stop = self.clone();
-        match number {
-            StopNumber::Gap => stop.gap = value,
-            StopNumber::Restitution => stop.restitution = value,
-            StopNumber::Friction => stop.friction = value,
+        match parameter {
+            StructureParameter::Gap(_) => stop.gap = value,
+            StructureParameter::Restitution(_) => stop.restitution = value,
+            StructureParameter::Friction(_) => stop.friction = value,
+            StructureParameter::DriveFrequency | StructureParameter::Phase => {}
         }
         stop
     }

@@ -1,12 +1,8 @@
 //! A structure with some of its numbers changed: its modes, which take most of the time to make one,
 //! are those that it has.
 
-use super::stop::StopNumber;
-use super::{Simultaneous, StopContactRows, Structure};
+use super::{Simultaneous, StopContactRows, Structure, StructureParameter};
 use crate::model::error::ParameterError;
-
-const KNOWN: &str = "one of drive_frequency, phase; gap, restitution, friction of all stops, or of \
-                     one of them, gap_0 ...";
 
 impl Structure {
     /// The structure with one number changed: its `drive_frequency` or `phase`; `gap`,
@@ -29,8 +25,9 @@ impl Structure {
     /// ```
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
         let mut changed = self.clone();
-        match name {
-            "drive_frequency" => {
+        let parameter = StructureParameter::from_name(name, self.stops.len())?;
+        match parameter {
+            StructureParameter::DriveFrequency => {
                 if !(0.0..=1e50).contains(&value) {
                     let allowed = "a number in [0, 1e50]";
                     return Err(ParameterError::number("drive_frequency", value, allowed));
@@ -40,62 +37,33 @@ impl Structure {
                     stop.checked(place, self.coordinates(), value > 0.0)?;
                 }
             }
-            "phase" => {
+            StructureParameter::Phase => {
                 if !value.is_finite() {
                     return Err(ParameterError::number("phase", value, "a finite number"));
                 }
                 changed.phase = value;
             }
-            _ => {
-                let (number, places) = self.stops_named(name)?;
-                for place in places {
-                    changed.change_stop(place, number, value)?;
+            StructureParameter::Gap(place)
+            | StructureParameter::Restitution(place)
+            | StructureParameter::Friction(place) => {
+                let all = 0..self.stops.len();
+                for place in place.map_or(all, |place| place..place + 1) {
+                    changed.change_stop(place, parameter, value)?;
                 }
             }
         }
         Ok(changed)
     }
 
-    /// Which number of which stops a name means.
-    fn stops_named(
-        &self,
-        name: &str,
-    ) -> Result<(StopNumber, std::ops::Range<usize>), ParameterError> {
-        let unknown = || ParameterError::new("name", name.to_owned(), KNOWN);
-        let (number, place) = match name.split_once('_') {
-            Some((number, place)) => (number, Some(place)),
-            None => (name, None),
-        };
-        let number = match number {
-            "gap" => StopNumber::Gap,
-            "restitution" => StopNumber::Restitution,
-            "friction" => StopNumber::Friction,
-            _ => return Err(unknown()),
-        };
-        let count = self.stops.len();
-        let places = match place {
-            None => 0..count,
-            Some(place) => {
-                let place: usize = place.parse().map_err(|_| unknown())?;
-                if place >= count {
-                    let allowed = format!("that of one of {count} stops");
-                    return Err(ParameterError::new("name", name.to_owned(), allowed));
-                }
-                place..place + 1
-            }
-        };
-        Ok((number, places))
-    }
-
     fn change_stop(
         &mut self,
         place: usize,
-        number: StopNumber,
+        parameter: StructureParameter,
         value: f64,
     ) -> Result<(), ParameterError> {
-        let stop = self.stops[place].with(number, value);
+        let stop = self.stops[place].with(parameter, value);
         stop.checked(place, self.coordinates(), self.drive_frequency > 0.0)?;
-        if number == StopNumber::Friction {
+        if let StructureParameter::Friction(_) = parameter {
             if stop.tangent().is_none() && value > 0.0 {
                 let name = format!("stops[{place}].friction");
                 let allowed = "0 for a stop without tangent";
@@ -121,7 +89,7 @@ impl Structure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::structure::Stop;
+    use crate::model::structure::{Stop, StructureBuilder};
 
     const NUMBERS: [(&str, f64); 6] = [
         ("drive_frequency", 1.7),
@@ -133,6 +101,10 @@ mod tests {
     ];
 
     fn built(changes: &[(&str, f64)]) -> Structure {
+        builder(changes).build().unwrap()
+    }
+
+    fn builder(changes: &[(&str, f64)]) -> StructureBuilder {
         let value = |name: &str, own: f64| {
             changes.iter().find(|(changed, _)| *changed == name).map_or(own, |&(_, value)| value)
         };
@@ -150,8 +122,38 @@ mod tests {
         .drive(vec![1.0.into(), 0.5.into()], value("drive_frequency", 1.1), value("phase", 0.0))
         .stop(stop(0, [1.0, -1.0], 0.3, 0.8))
         .stop(stop(1, [0.0, 1.0], 0.4, 0.7))
-        .build()
-        .unwrap()
+    }
+
+    #[test]
+    fn what_is_built_like_another_is_the_same() {
+        let other = built(&[]);
+        for change in NUMBERS {
+            let alike = builder(&[change]).like(&other).build();
+            assert_eq!(alike, builder(&[change]).build(), "{change:?}");
+        }
+        let weak = vec![vec![0.1, 0.05], vec![0.05, 0.4]];
+        for make in [
+            |it: StructureBuilder, _: &[Vec<f64>]| it.damping_ratios([0.1, 0.2]),
+            |it: StructureBuilder, weak: &[Vec<f64>]| it.damping(weak.to_vec()),
+            |it: StructureBuilder, _: &[Vec<f64>]| it.stop(Stop::new([1.0, 1.0], 0.5, 0.5)),
+            |it: StructureBuilder, _: &[Vec<f64>]| it.static_load([0.1, 0.2]),
+        ] {
+            let made = || make(builder(&[]), &weak);
+            let alone = made().build().unwrap();
+            assert_eq!(made().like(&other).build().unwrap(), alone);
+            assert_eq!(made().like(&alone).build().unwrap(), alone);
+            assert_eq!(builder(&[]).like(&alone).build().unwrap(), other);
+        }
+        // Of other matrices nothing is taken over.
+        let heavy = || Structure::builder(vec![vec![2.0]], vec![vec![1.0]]);
+        assert_eq!(heavy().like(&other).build(), heavy().build());
+        let ratios = |given: [f64; 2]| builder(&[]).damping_ratios(given);
+        let damped = ratios([0.1, 0.1]).build().unwrap();
+        assert_eq!(ratios([0.1, 0.1]).like(&damped).build(), Ok(damped.clone()));
+        assert_eq!(ratios([0.1, 0.2]).like(&damped).build(), ratios([0.1, 0.2]).build());
+        // The matrix of these ratios, given as one, is another damping.
+        let matrix = || builder(&[]).damping(damped.damping());
+        assert_eq!(matrix().like(&damped).build(), matrix().build());
     }
 
     #[test]

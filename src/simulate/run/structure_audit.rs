@@ -63,7 +63,8 @@ impl Run<Structure> {
     #[must_use]
     pub fn energy_audit(&self, cancel: &CancelToken) -> Option<StructureAudit> {
         let motion = self.system.motion();
-        let auditor = Auditor { structure: &self.system, motion: &motion, cancel };
+        let (structure, damping) = (&self.system, self.system.damping());
+        let auditor = Auditor { structure, damping, motion: &motion, cancel };
         let mut audit = StructureAudit::default();
         let legs = self.legs();
         for (i, leg) in legs.iter().enumerate() {
@@ -99,6 +100,8 @@ impl Run<Structure> {
 
 struct Auditor<'a> {
     structure: &'a Structure,
+    /// C.
+    damping: Vec<Vec<f64>>,
     motion: &'a Motion,
     cancel: &'a CancelToken,
 }
@@ -200,7 +203,7 @@ impl Auditor<'_> {
                     rubbed += force.tangential * structure.slip(force.stop, &state.v);
                     pushed -= force.normal * self.stop_velocity(clock, force.stop);
                 }
-                let damped = -form(structure.damping(), &state.v);
+                let damped = -form(&self.damping, &state.v);
                 for (work, power) in works.iter_mut().zip([loads, damped, 0.0, rubbed, pushed]) {
                     *work += weight * step * power;
                 }

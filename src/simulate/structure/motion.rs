@@ -239,24 +239,21 @@ impl Motion {
         }
     }
 
-    /// Carries states q, v along a leg of this kind from t = 0 on.
-    pub(crate) fn carry<'a>(
+    /// Carries states q, v, one after another, along a leg of this kind from t = 0 on; of a structure
+    /// without loads and drive.
+    pub(crate) fn carry(
         &self,
         leg: &AnchorOf<Structure>,
         elapsed: DoubleDouble,
-        states: impl Iterator<Item = &'a mut [f64]>,
+        states: &mut [f64],
     ) {
+        let Some(motion) = self.held_in(leg) else { return self.free.carry(elapsed, states) };
         let count = self.structure().coordinates();
-        let held = self.held_in(leg);
-        for state in states {
+        for state in states.chunks_exact_mut(2 * count) {
             let (q, v) = state.split_at_mut(count);
-            if let Some(motion) = &held {
-                let after = motion.state_after(&motion.flight(Clock::START, q, v), elapsed);
-                (q.copy_from_slice(&after.0), v.copy_from_slice(&after.1));
-            } else {
-                let after = self.free.state_at(&self.free.flight(Clock::START, q, v), elapsed);
-                (q.copy_from_slice(&after.q), v.copy_from_slice(&after.v));
-            }
+            let after = motion.state_after(&motion.flight(Clock::START, q, v), elapsed);
+            q.copy_from_slice(&after.0);
+            v.copy_from_slice(&after.1);
         }
     }
 

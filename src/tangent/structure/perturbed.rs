@@ -160,8 +160,7 @@ impl Perturbed {
         }
         self.settle(leg);
         self.struck.clear();
-        let rows = self.columns.nrows();
-        self.of.homogeneous.carry(leg, elapsed, self.columns.as_mut_slice().chunks_mut(rows));
+        self.of.homogeneous.carry(leg, elapsed, self.columns.as_mut_slice());
         self.clock = clock;
         Ok(())
     }

@@ -51,7 +51,8 @@ impl Leg {
                 });
             }
         }
-        let matrices = [structure.mass(), structure.stiffness(), structure.damping()];
+        let damping = structure.damping();
+        let matrices = [structure.mass(), structure.stiffness(), &damping];
         let frequency = structure.drive_frequency();
         let exact = Constrained::new(matrices, &self.load, [&re, &im], frequency, constraints);
         let (sin, cos) = Dd::new(structure.phase()).sin_cos();
@@ -382,7 +383,7 @@ fn legs_know_no_unit_of_time() {
             let omega = unit * structure.drive_frequency();
             let builder =
                 Structure::builder(structure.mass().to_vec(), times(structure.stiffness(), square))
-                    .damping(times(structure.damping(), unit))
+                    .damping(times(&structure.damping(), unit))
                     .static_load(load.iter().map(|x| x * square).collect::<Vec<_>>())
                     .drive(
                         drive.iter().map(|x| x * square).collect::<Vec<_>>(),

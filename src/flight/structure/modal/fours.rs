@@ -78,6 +78,18 @@ impl Four {
         Turned { turned: turns(angles, tails), change }
     }
 
+    /// (M phi) . x, in plain sums.
+    #[inline(always)]
+    pub fn sums(&self, x: &[f64]) -> Lanes4 {
+        let mut sum = [0.0; FOUR];
+        for (row, &x) in self.rows.iter().zip(x) {
+            for j in 0..FOUR {
+                sum[j] += row[j] * x;
+            }
+        }
+        sum
+    }
+
     /// (M phi) . x, rounded as if once (Ogita, Rump & Oishi (2005), Accurate Sum and Dot Product).
     #[inline(always)]
     pub fn coordinates(&self, x: &[f64]) -> Lanes4 {
