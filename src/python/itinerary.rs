@@ -23,10 +23,10 @@ pub(super) fn matrix<'py, R: Dim, C: Dim, S: RawStorage<f64, R, C>>(
 }
 
 /// A residual and its Jacobian, row by row.
-pub(super) fn residual<'py>(
-    py: Python<'py>,
+pub(super) fn residual(
+    py: Python<'_>,
     (values, jacobian, columns): (Vec<f64>, Vec<f64>, usize),
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Matrix<'py>)> {
+) -> PyResult<(Bound<'_, PyArray1<f64>>, Matrix<'_>)> {
     let jacobian = PyArray1::from_vec(py, jacobian).reshape([values.len(), columns])?;
     Ok((values.into_pyarray(py), jacobian))
 }
