@@ -28,13 +28,14 @@ use impacts::impacts;
 use paper::{CHAOTIC, paper, start};
 use serde::Serialize;
 use setup::{Sections, Setup, simulate};
-use structures::{at_rest, row_with_stops, two_stops};
+use structures::{CHAOTIC_TWO, at_rest, row_with_stops, two_stops};
 use vibroimpact::impact::resolve;
 use vibroimpact::{
     CancelToken, Cell, Clock, Event, Flight, FreeMotion, Horizon, ImpactEvent, Measure, Observer,
-    ParameterError, Run, RunOptions, Simulation, Spectrum, State, Structure, SweepOptions,
-    SweepStart, System, SystemBuilder, Workers, largest_lyapunov_exponent,
-    largest_lyapunov_exponents, lyapunov_spectrum, run, sweep,
+    ParameterError, Run, RunOptions, Simulation, Spectrum, State, Structure, StructureCells,
+    StructureState, SweepOptions, SweepStart, System, SystemBuilder, Workers,
+    largest_lyapunov_exponent, largest_lyapunov_exponents, lyapunov_spectrum, run, structure_sweep,
+    sweep,
 };
 use vibroimpact::{Found, Start, Touch, next_contact};
 
@@ -361,7 +362,41 @@ fn of_structures() -> Vec<Kernel> {
     vec![
         periods("2 masses, 2 stops", || two_stops(0.8)),
         periods("20 masses, 20 stops", || row_with_stops(20, 0.9)),
+        structures_in_lanes(),
     ]
+}
+
+/// Structures whose drive frequencies differ, from rest.
+struct AtRest(Vec<Structure>);
+
+impl StructureCells for AtRest {
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    fn structure(&self, place: usize) -> Result<Structure, ParameterError> {
+        Ok(self.0[place].clone())
+    }
+
+    fn initial(&self, place: usize) -> StructureState {
+        at_rest(self.0[place].coordinates())
+    }
+}
+
+/// Chaotic motions of structures in the lanes.
+fn structures_in_lanes() -> Kernel {
+    let prepare = || -> Work {
+        let cells = AtRest(CHAOTIC_TWO.map(two_stops).into());
+        let options = SweepOptions { rows: false, ..RunOptions::periods(PERIODS).keep(1).into() };
+        let (workers, never) = (Workers::new(Some(1)).unwrap(), CancelToken::never());
+        calls(move || {
+            let (fresh, done) = (SweepStart::Fresh, AtomicUsize::new(0));
+            structure_sweep(black_box(&cells), options, fresh, &workers, &never, &done)
+        })
+    };
+    let units = CHAOTIC_TWO.len() as u64 * PERIODS as u64;
+    let swept = kernel("2 masses, 2 stops, in lanes", "drive period", prepare);
+    Kernel { units, repetitions: [1, 2], ..swept }
 }
 
 /// Name, first and last drive frequency, and the system at one.

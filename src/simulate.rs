@@ -19,7 +19,7 @@ mod stop;
 pub(crate) mod structure;
 pub(crate) mod tolerances;
 
-pub(crate) use batch::{Companion, ImpactLanes, Job, run_batch};
+pub(crate) use batch::{Companion, ImpactLanes, Job, Laned, run_batch};
 pub(crate) use checkpoint::{Anchor, Checkpoint, Completion, FlightStart, Phase};
 pub(crate) use flight::{hops, impacts_hop_by_hop};
 pub(crate) use model::{AnchorOf, CheckpointOf, Leg, Model, ModelEvent};

@@ -53,6 +53,7 @@ mod random_systems;
 mod robustness;
 mod simulation;
 mod structure_audit;
+mod structure_batch;
 mod structure_corners;
 mod structure_orbits;
 mod structure_runs;

@@ -2,6 +2,9 @@
 
 use vibroimpact::{Stop, Structure, StructureState};
 
+/// Drive frequencies at which two masses between two stops move chaotically.
+pub const CHAOTIC_TWO: [f64; 8] = [0.8, 0.81, 0.82, 0.825, 0.875, 0.88, 0.97, 0.975];
+
 /// Two masses, of which the first moves between two stops (docs/other-peoples-systems.md).
 pub fn two_stops(drive_frequency: f64) -> Structure {
     Structure::builder(vec![vec![1.0, 0.0], vec![0.0, 2.0]], vec![vec![2.0, -1.0], vec![-1.0, 1.0]])

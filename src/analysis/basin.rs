@@ -15,9 +15,9 @@ use crate::model::parameters::System;
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::event::{Event, EventKind, StopEvent, StopReason};
-use crate::simulate::run::{Kept, Recorded, RunOptions};
-use crate::simulate::{Job, ModelEvent, Observer, Simulation, run_batch};
+use crate::simulate::event::{EventKind, StopEvent, StopReason};
+use crate::simulate::run::{Kept, Recorded, RunOptions, Together};
+use crate::simulate::{Job, ModelEvent, Observer, Simulation};
 
 /// Trapping region of a periodic attractor around one of its section points c: |W (X - c)| <= 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,16 +32,9 @@ pub struct Target<P = [f64; 4]> {
 
 /// A model whose starts are followed to attractors.
 #[allow(private_interfaces)] // nobody outside of the crate can name the trait
-pub trait Followed: Recorded {
+pub trait Followed: Together {
     /// Takes the whole turns out of a difference of sections, where a coordinate counts modulo a turn.
     fn unturned(&self, off: &mut Self::Section);
-    /// Follows the starts that `next` gives, at most so many at a time.
-    fn follow_all<'a>(
-        next: &mut dyn FnMut() -> Option<(usize, BasinRun<'a, Self>)>,
-        done: &mut dyn FnMut((usize, BasinRun<'a, Self>)),
-        most: usize,
-    ) where
-        Self: 'a;
 }
 
 impl Followed for System {
@@ -52,35 +45,10 @@ impl Followed for System {
             off[0] -= turn * (off[0] / turn).round();
         }
     }
-
-    /// In the lanes.
-    fn follow_all<'a>(
-        next: &mut dyn FnMut() -> Option<(usize, BasinRun<'a>)>,
-        done: &mut dyn FnMut((usize, BasinRun<'a>)),
-        most: usize,
-    ) where
-        Self: 'a,
-    {
-        run_batch(next, done, most);
-    }
 }
 
 impl Followed for Structure {
     fn unturned(&self, _: &mut StructureState) {}
-
-    /// One after another.
-    fn follow_all<'a>(
-        next: &mut dyn FnMut() -> Option<(usize, BasinRun<'a, Self>)>,
-        done: &mut dyn FnMut((usize, BasinRun<'a, Self>)),
-        _: usize,
-    ) where
-        Self: 'a,
-    {
-        while let Some((place, mut run)) = next() {
-            run.run_out();
-            done((place, run));
-        }
-    }
 }
 
 impl<P: Point> Target<P> {
@@ -230,15 +198,16 @@ pub struct BasinRun<'a, M: Recorded = System> {
     failed: bool,
 }
 
-impl<'a> Job for BasinRun<'a> {
-    type Watch = Watch<'a, System>;
+impl<'a, M: Followed> Job for BasinRun<'a, M> {
+    type Model = M;
+    type Watch = Watch<'a, M>;
     type Beside = ();
 
-    fn parts(&mut self) -> (&mut Simulation, &mut Watch<'a, System>) {
+    fn parts(&mut self) -> (&mut Simulation<M>, &mut Watch<'a, M>) {
         (&mut self.simulation, &mut self.watch)
     }
 
-    fn take(&mut self, event: Result<Event, SimulationError>) {
+    fn take(&mut self, event: Result<M::Event, SimulationError>) {
         self.took(event);
     }
 }

@@ -20,6 +20,7 @@ use crate::analysis::tolerances::{
 };
 use crate::analysis::workers::{Workers, side_by_side};
 use crate::model::error::{ParameterError, SimulationError};
+use crate::model::parameters::System;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::Run;
@@ -217,6 +218,7 @@ impl<const N: usize> Measurement<N> {
 }
 
 impl Job for Measurement<1> {
+    type Model = System;
     type Watch = ();
     type Beside = GrowthRecord<1>;
 

@@ -3,6 +3,7 @@
 //! Every point is a run of its own, or a followed branch is one task from end to end, so the result
 //! has the same bits for any number of threads.
 
+use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use crate::analysis::period::PeriodReport;
@@ -14,7 +15,7 @@ use crate::analysis::workers::{Workers, side_by_side};
 use crate::model::error::ParameterError;
 use crate::model::structure::{Structure, StructureState};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::run::{Run, RunError, StopImpactRecord, run};
+use crate::simulate::run::{Run, RunError, StopImpactRecord, run, run_together};
 
 /// The cells of a sweep: structure and start of each are made when its run begins, for there may be
 /// many.
@@ -74,17 +75,13 @@ impl StructurePoint {
         }
     }
 
-    fn new(
-        structure: &Structure,
-        initial: StructureState,
+    fn of(
+        run: Result<Run<Structure>, RunError<Structure>>,
         options: &SweepOptions,
         restarted: bool,
         cancel: &CancelToken,
     ) -> Self {
-        if cancel.is_cancelled() {
-            return Self::empty(PointStatus::Pending);
-        }
-        let run = match run(structure, initial, options.run, cancel) {
+        let run = match run {
             Ok(run) => run,
             Err(RunError::State(_)) => return Self::empty(PointStatus::Overlap),
             Err(_) => return Self::empty(PointStatus::Failed),
@@ -155,23 +152,39 @@ pub fn structure_sweep(
         done.fetch_add(usize::from(point.status != PointStatus::Pending), Relaxed);
         point
     };
-    let begun = |place: usize, from: Option<&StructureState>, restarted: bool| {
-        let Ok(structure) = cells.structure(place) else {
-            return StructurePoint::empty(PointStatus::Failed);
-        };
-        let initial = from.cloned().unwrap_or_else(|| cells.initial(place));
-        StructurePoint::new(&structure, initial, &options, restarted, cancel)
-    };
     Ok(workers.install(|| {
         if start == SweepStart::Fresh {
-            let points = side_by_side(cells.count(), &|next, done, _| {
-                while let Some(place) = next().filter(|_| !cancel.is_cancelled()) {
-                    done(place, counted(begun(place, None, false)));
-                }
+            let points = side_by_side(cells.count(), &|next, done, in_hand| {
+                let done = RefCell::new(done);
+                let made = |place: usize, point: StructurePoint| {
+                    (done.borrow_mut())(place, counted(point));
+                };
+                let mut next = || loop {
+                    let place = next().filter(|_| !cancel.is_cancelled())?;
+                    match cells.structure(place) {
+                        Ok(structure) => return Some((place, structure, cells.initial(place))),
+                        Err(_) => made(place, StructurePoint::empty(PointStatus::Failed)),
+                    }
+                };
+                let mut ran = |place: usize, run| {
+                    made(place, StructurePoint::of(run, &options, false, cancel));
+                };
+                run_together(&mut next, options.run, cancel, &mut ran, in_hand);
             });
             let pending = || StructurePoint::empty(PointStatus::Pending);
             return points.into_iter().map(|point| point.unwrap_or_else(pending)).collect();
         }
+        let begun = |place: usize, from: Option<&StructureState>, restarted: bool| {
+            if cancel.is_cancelled() {
+                return StructurePoint::empty(PointStatus::Pending);
+            }
+            let Ok(structure) = cells.structure(place) else {
+                return StructurePoint::empty(PointStatus::Failed);
+            };
+            let initial = from.cloned().unwrap_or_else(|| cells.initial(place));
+            let run = run(&structure, initial, options.run, cancel);
+            StructurePoint::of(run, &options, restarted, cancel)
+        };
         let mut last = None;
         in_order(cells.count(), start, |place| {
             counted(follow(&mut last, |from, restarted| begun(place, from, restarted)))

@@ -21,9 +21,9 @@ use crate::model::error::{ParameterError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::Simulation;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::{Run, RunError, RunOptions, Together, run, run_together};
+use crate::simulate::{Simulation, run_batch};
 
 /// Where each value of the parameter starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -453,7 +453,7 @@ pub fn arrive_many<M: Followed>(
             };
             let mut arrived =
                 |(place, run): (usize, BasinRun<M>)| (done.borrow_mut())(place, run.arrive());
-            M::follow_all(&mut next, &mut arrived, in_hand);
+            run_batch(&mut next, &mut arrived, in_hand);
         })
     });
     let pending = || Arrival::empty(ArrivalStatus::Pending);

@@ -17,6 +17,7 @@ use crate::search::gap::GapPoint;
 pub(crate) use linear::draws;
 #[allow(unused_imports)] // sustained contact comes with the event loop
 pub(crate) use linear::{Closed, LegEvent, LinearFlight, LinearMotion, StopForce};
+pub(crate) use modal::{FlightLanes, Looked, Met, Shape};
 use modal::{ModalFlight, ModalMotion};
 
 /// What a structure's flights have in common, worked out once.

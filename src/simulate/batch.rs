@@ -1,41 +1,52 @@
-//! Many simulations at once, in the lanes of the vector registers: each flight's first pass by
-//! itself, then the contacts and impacts of all lanes together.
+//! Many simulations at once, in the lanes of the vector registers: what is scanned for each flight
+//! by itself, then what all lanes do together.
 //!
 //! A lane does the same operations as a single simulation ([`Simulation::advance`]), by the same
-//! functions: the bits do not depend on what the other lanes hold. An impact whose slip ends is
-//! resolved by itself. Everything but the usual flight between two impacts (grazes, chatter,
-//! sustained contact, motion that has decayed, overdamped bodies) is left to the single simulation.
+//! functions: the bits do not depend on what the other lanes hold. Everything but the usual flight
+//! between two impacts (grazes, chatter, sustained contact, motion that has decayed, overdamped
+//! bodies) is left to the single simulation. The queue of jobs is the same for all models; what a
+//! round of the lanes does is the model's business (oblique.rs, structure.rs).
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 
 mod impacts;
 mod job;
 mod motions;
+mod oblique;
 mod sections;
 mod simulation;
-
-use std::marker::PhantomData;
+mod structure;
 
 pub(crate) use self::impacts::ImpactLanes;
-use self::impacts::Nearby;
 pub(crate) use self::job::{Companion, Job};
-use self::sections::pass_sections;
-use super::{Model, Observer};
-use crate::flight::Flight;
-use crate::flight::{Found, Point, States};
-use crate::impact::{self, Impact, ImpactFailure, PreImpact};
-use crate::model::parameters::{Contact, System};
-use crate::model::tip::{Direct, Oblique, Tip};
-use crate::numerics::double_double::DoubleDouble;
-use crate::numerics::lanes::{self, LANES};
-use crate::search::Start;
-use crate::search::first_contact::FirstPass;
-use crate::search::scan::{Scan, Scanner, Stride};
-use crate::search::steps::SteppedGap;
+use super::{Model, Simulation};
+use crate::numerics::lanes::LANES;
 use crate::simulate::event::StopReason;
 
 /// With fewer jobs than this, lanes save no time.
 const FEWEST: usize = 3;
+
+/// A model whose usual flights and impacts are computed in lanes.
+#[allow(private_bounds, private_interfaces)] // nobody outside of the crate can name the trait
+pub trait Laned: Model {
+    /// What the systems of one batch have in common.
+    type Family: Copy + PartialEq;
+    /// The numbers of all lanes, and those of what goes beside the motions.
+    type Lanes<B: Default>: Default;
+
+    /// The family of a simulation that lanes can hold.
+    fn family(simulation: &Simulation<Self>) -> Option<Self::Family>;
+    /// Sets the system of lane `j`.
+    fn enter<B: Default>(lanes: &mut Self::Lanes<B>, j: usize, simulation: &Simulation<Self>);
+    /// What the lane alone has goes back to its job, which can then go on outside of it.
+    fn leave<T: Job<Model = Self>>(
+        lanes: &mut Self::Lanes<LanesBeside<T>>,
+        j: usize,
+        job: &mut Option<T>,
+    );
+    /// The next impact of each lane, or whatever else comes next.
+    fn round<T: Job<Model = Self>>(batch: &mut Batch<'_, T>);
+}
 
 /// Runs all jobs that `next` gives, at most `most` at a time, and hands each to `done` after its
 /// stop.
@@ -44,24 +55,26 @@ pub(crate) fn run_batch<T: Job>(
     done: &mut dyn FnMut(T),
     most: usize,
 ) {
-    let Some(mut first) = next() else { return };
-    let contact = first.parts().0.system.contact;
-    let mut batch = Batch { next, done, contact, jobs: Default::default(), lanes: Box::default() };
-    let mut first = batch.admit(first);
+    let (first, family) = loop {
+        let Some(mut job) = next() else { return };
+        if let Some(family) = T::Model::family(job.parts().0) {
+            break (job, family);
+        }
+        job.finish();
+        done(job);
+    };
+    let mut batch = Batch { next, done, family, jobs: Default::default(), lanes: Box::default() };
+    let mut first = Some(first);
     for j in 0..LANES.min(most) {
         let job = first.take().or_else(|| batch.next_job());
         batch.refill(j, job);
     }
     while batch.jobs.iter().flatten().count() >= FEWEST {
-        match contact {
-            Contact::Oblique => lanes::wide(Round::<Oblique, T>(&mut batch, PhantomData)),
-            Contact::Direct => lanes::wide(Round::<Direct, T>(&mut batch, PhantomData)),
-        }
+        T::Model::round(&mut batch);
     }
     for j in 0..LANES {
-        batch.lanes.write_back(j, &mut batch.jobs[j]);
+        T::Model::leave(&mut batch.lanes, j, &mut batch.jobs[j]);
         if let Some(mut job) = batch.jobs[j].take() {
-            leave(&mut job, j, &mut batch.lanes.beside);
             job.finish();
             (batch.done)(job);
         }
@@ -69,42 +82,17 @@ pub(crate) fn run_batch<T: Job>(
 }
 
 /// The jobs in the lanes, and where jobs come from and go to.
-struct Batch<'a, T: Job> {
+pub(crate) struct Batch<'a, T: Job> {
     next: &'a mut dyn FnMut() -> Option<T>,
     done: &'a mut dyn FnMut(T),
-    contact: Contact,
+    family: <T::Model as Laned>::Family,
     /// Of each lane, its job.
     jobs: [Option<T>; LANES],
-    lanes: Box<LaneData<LanesBeside<T>>>,
+    lanes: Box<<T::Model as Laned>::Lanes<LanesBeside<T>>>,
 }
 
 /// What goes beside the motions of these jobs, in all lanes.
 type LanesBeside<T> = <<T as Job>::Beside as Companion>::Lanes;
-
-/// The numbers of all lanes.
-#[derive(Default)]
-struct LaneData<B> {
-    scanners: [Scanner<Point>; LANES],
-    strides: [Stride<States>; LANES],
-    impacts: ImpactLanes,
-    /// 1 where the present flight began in the lane: the lane alone then has the bodies' constants
-    /// and the start of the scan.
-    in_lane: [u64; LANES],
-    beside: B,
-}
-
-impl<B> LaneData<B> {
-    /// Writes what the lane alone has into the simulation, which can then go on outside of the
-    /// lane.
-    #[inline(always)]
-    fn write_back<T: Job>(&mut self, j: usize, job: &mut Option<T>) {
-        if let (1, Some(job)) = (std::mem::take(&mut self.in_lane[j]), job) {
-            let (pendulum, oscillator) = self.impacts.bodies(j);
-            let flight = &mut job.parts().0.flight;
-            (flight.pendulum, flight.oscillator) = (pendulum, oscillator);
-        }
-    }
-}
 
 /// Some of the lanes, a bit for each: a list of them, written one by one and copied as a whole, is
 /// waited for.
@@ -142,8 +130,7 @@ impl LaneSet {
 impl<T: Job> Batch<'_, T> {
     /// The job, unless lanes cannot hold it: it then runs to its end at once.
     fn admit(&mut self, mut job: T) -> Option<T> {
-        let simulation = job.parts().0;
-        if simulation.fits_a_lane() && simulation.system.contact == self.contact {
+        if T::Model::family(job.parts().0) == Some(self.family) {
             return Some(job);
         }
         job.finish();
@@ -164,19 +151,16 @@ impl<T: Job> Batch<'_, T> {
 
     fn refill(&mut self, j: usize, mut job: Option<T>) {
         if let Some(job) = &mut job {
-            let (simulation, _) = job.parts();
-            self.lanes.impacts.set_system(j, &simulation.system, &simulation.motion);
+            T::Model::enter::<LanesBeside<T>>(&mut self.lanes, j, job.parts().0);
         }
-        self.lanes.in_lane[j] = 0;
         self.jobs[j] = job;
     }
 
     /// Retires the job of lane `j`, which has ended or stops for this reason, and refills the lane.
     #[inline(never)]
     fn retire(&mut self, j: usize, reason: Option<StopReason>) {
-        self.lanes.write_back(j, &mut self.jobs[j]);
+        T::Model::leave(&mut self.lanes, j, &mut self.jobs[j]);
         if let Some(mut job) = self.jobs[j].take() {
-            leave(&mut job, j, &mut self.lanes.beside);
             if let Some(reason) = reason {
                 let (simulation, _) = job.parts();
                 let stop = simulation.stop_here(reason);
@@ -188,259 +172,5 @@ impl<T: Job> Batch<'_, T> {
         }
         let next_job = self.next_job();
         self.refill(j, next_job);
-    }
-
-    /// The next impact of each lane. All lanes take one stride before any result is read, so that
-    /// no lane waits for a result.
-    #[inline(always)]
-    fn round<G: Tip>(&mut self) {
-        let (mut scanning, mut ready) = (LaneSet::default(), LaneSet::default());
-        for j in 0..LANES {
-            self.begin_flight::<G>(j, &mut scanning, &mut ready);
-        }
-        while !scanning.is_empty() {
-            let LaneData { scanners, strides, .. } = &mut *self.lanes;
-            for j in scanning.iter() {
-                if let Some(job) = &mut self.jobs[j] {
-                    strides[j] = scanners[j].stride(&job.parts().0.tip_gap::<G>());
-                }
-            }
-            let before = std::mem::take(&mut scanning);
-            for j in before.iter() {
-                match self.read_stride::<G>(j) {
-                    Scanned::Contact => ready.push(j),
-                    Scanned::Continues => scanning.push(j),
-                    Scanned::Single => self.begin_flight::<G>(j, &mut scanning, &mut ready),
-                }
-            }
-        }
-        let LaneData { impacts, beside, .. } = &mut *self.lanes;
-        impacts.find_contacts::<G>();
-        impacts.resolve::<G>();
-        for j in ready.iter() {
-            if let (Some(pre), Some(job)) = (impacts.switches(j), &mut self.jobs[j])
-                && let Ok(impact) = resolve_switched(&job.parts().0.system, &pre)
-                && !impact.ends_at_rest()
-            {
-                impacts.set_switched(j, &impact);
-            }
-        }
-        impacts.start_flights::<G>();
-        T::Beside::look(beside, impacts);
-        if T::Watch::SECTIONS {
-            let mut among = ready;
-            while !among.is_empty() {
-                among = pass_sections(&mut self.jobs, among, impacts);
-            }
-        }
-        let mut leaving = [0; LANES];
-        for j in ready.iter() {
-            leaving[j] = u64::from(self.end_flight(j));
-        }
-        let LaneData { impacts, in_lane, beside, .. } = &mut *self.lanes;
-        T::Beside::compute::<G>(beside, impacts);
-        impacts.accept(&leaving);
-        *in_lane = leaving;
-    }
-
-    /// Ends the flight of lane `j`, which has a contact ahead; whether the next flight begins in
-    /// the lane.
-    #[inline(always)]
-    fn end_flight(&mut self, j: usize) -> bool {
-        let LaneData { impacts, beside, .. } = &mut *self.lanes;
-        let Some(job) = &mut self.jobs[j] else { return false };
-        let (simulation, watch) = job.parts();
-        if impacts.is_certain(j) {
-            simulation.evaluations += impacts.evaluations(j);
-            let (time, offset) = impacts.contact_time(j);
-            if simulation.horizon_before(time, offset, true).is_some() {
-                simulation.found = Some(Found::Contact(impacts.contact(j)));
-            } else if impacts.is_resolved(j) && !simulation.has_no_room(j, impacts) {
-                let steady = impacts.is_steady(j);
-                let chatters = simulation.start_next_flight(j, impacts);
-                if chatters || !steady {
-                    let (pendulum, oscillator) = impacts.bodies_after(j);
-                    let flight = &mut simulation.flight;
-                    (flight.pendulum, flight.oscillator) = (pendulum, oscillator);
-                }
-                if chatters {
-                    let view = simulation.system.chatter_view(&impacts.impact(j));
-                    simulation.complete_chatter_if_certain(&view);
-                }
-                let Flight { clock, state, .. } = simulation.flight;
-                if !watch.skips(clock, &state) && (chatters || !passes(job, j, beside)) {
-                    let (simulation, _) = job.parts();
-                    let event = simulation.record(impacts.state_before(j), impacts.impact(j));
-                    leave(job, j, beside);
-                    job.take(Ok(event));
-                    if !chatters && let Some((companion, _)) = job.companion() {
-                        companion.enter(j, beside);
-                    }
-                }
-                return steady;
-            }
-        }
-        self.end_flight_outside(j);
-        false
-    }
-
-    /// Ends the flight of lane `j` outside of the lane.
-    #[inline(never)]
-    fn end_flight_outside(&mut self, j: usize) {
-        self.lanes.write_back(j, &mut self.jobs[j]);
-        let impacts = &self.lanes.impacts;
-        let Some(job) = &mut self.jobs[j] else { return };
-        let (simulation, watch) = job.parts();
-        let event = if impacts.is_certain(j) && simulation.found.is_none() {
-            let (time, offset) = impacts.contact_time(j);
-            simulation.pass_sections_in_flight(DoubleDouble::sum(time, offset), false, watch);
-            simulation.strike(&impacts.contact(j), watch)
-        } else {
-            simulation.turn(watch)
-        };
-        if let Some(event) = event {
-            leave(job, j, &mut self.lanes.beside);
-            job.take(event);
-        }
-    }
-
-    /// Begins flights in lane `j` until one has to be scanned or has a contact ahead, or no job is
-    /// left.
-    #[inline(always)]
-    fn begin_flight<G: Tip>(&mut self, j: usize, scanning: &mut LaneSet, ready: &mut LaneSet) {
-        loop {
-            let Some(job) = &mut self.jobs[j] else { return };
-            if self.lanes.in_lane[j] == 0
-                && let Some((companion, simulation)) = job.companion()
-            {
-                companion.go_on(j, &mut self.lanes.beside, simulation);
-            }
-            let (simulation, _) = job.parts();
-            let stopped = simulation.point.stopped.is_some();
-            let reason = if stopped { None } else { simulation.stops_before_leg() };
-            if stopped || reason.is_some() {
-                self.retire(j, reason);
-                continue;
-            }
-            let LaneData { scanners, impacts, in_lane, .. } = &mut *self.lanes;
-            if let Some(start) = simulation.scanned_from() {
-                let touching = start == Start::Touching;
-                let (motion, flight) = (&simulation.motion, &simulation.flight);
-                let gap = simulation.tip_gap::<G>();
-                let scan_start = if in_lane[j] == 1 {
-                    impacts.scan_start(j)
-                } else {
-                    let scan_start = gap.scan_start();
-                    impacts.load::<G>(j, flight, &scan_start.bounds, touching);
-                    scan_start
-                };
-                let scanner = &mut scanners[j];
-                match scanner.begin(&gap, &scan_start, touching, motion.span) {
-                    None => return scanning.push(j),
-                    Some(Scan::Hop(near)) => {
-                        impacts.set_nearby(j, &Nearby::Near(near), scanner.evaluations);
-                        return ready.push(j);
-                    }
-                    Some(scan) => {
-                        self.step_outside::<G>(j, Some(FirstPass::new(scan, scan_start.bounds)));
-                    }
-                }
-            } else {
-                self.step_outside::<G>(j, None);
-            }
-        }
-    }
-
-    /// Reads the result of the last stride of lane `j`.
-    #[inline(never)]
-    fn read_stride<G: Tip>(&mut self, j: usize) -> Scanned {
-        let LaneData { scanners, strides, impacts, .. } = &mut *self.lanes;
-        let Some(job) = &mut self.jobs[j] else { return Scanned::Single };
-        let scanner = &mut scanners[j];
-        let Some(scan) = scanner.judge(&job.parts().0.tip_gap::<G>(), &strides[j]) else {
-            return Scanned::Continues;
-        };
-        if let Scan::RisingStep(rise) = scan {
-            impacts.set_nearby(j, &Nearby::On(rise), scanner.evaluations);
-            return Scanned::Contact;
-        }
-        let first_pass = FirstPass::new(scan, impacts.bounds(j));
-        self.step_outside::<G>(j, Some(first_pass));
-        Scanned::Single
-    }
-
-    /// One leg of lane `j` outside of the lane, after the first pass if there was one.
-    #[inline(never)]
-    fn step_outside<G: Tip>(&mut self, j: usize, first_pass: Option<FirstPass>) {
-        self.lanes.write_back(j, &mut self.jobs[j]);
-        let Some(job) = &mut self.jobs[j] else { return };
-        let (simulation, watch) = job.parts();
-        if let Some(first_pass) = first_pass {
-            simulation.store_first_pass::<G>(first_pass, self.lanes.scanners[j].evaluations);
-        }
-        if let Some(event) = simulation.turn(watch) {
-            leave(job, j, &mut self.lanes.beside);
-            job.take(event);
-        }
-    }
-}
-
-/// Whether the impact from which the present flight of lane `j` begins is passed over.
-#[inline(always)]
-fn passes<T: Job>(job: &mut T, j: usize, lanes: &mut LanesBeside<T>) -> bool {
-    let passes = job.companion().is_some_and(|(companion, of)| companion.passes(j, lanes, of));
-    if passes {
-        job.passed();
-    }
-    passes
-}
-
-/// Takes what goes beside the motion of a job out of lane `j`.
-fn leave<T: Job>(job: &mut T, j: usize, lanes: &mut LanesBeside<T>) {
-    if let Some((companion, _)) = job.companion() {
-        companion.leave(j, lanes);
-    }
-}
-
-/// An impact whose slip ends: reversal or stick.
-#[inline(never)]
-fn resolve_switched(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
-    lanes::narrow(Resolving { system, pre })
-}
-
-/// Such an impact, compiled for fused multiplications where there are any.
-struct Resolving<'a> {
-    system: &'a System,
-    pre: &'a PreImpact,
-}
-
-impl pulp::NullaryFnOnce for Resolving<'_> {
-    type Output = Result<Impact, ImpactFailure>;
-
-    #[inline(always)]
-    fn call(self) -> Self::Output {
-        impact::resolve(self.system, self.pre)
-    }
-}
-
-/// Result of a stride.
-enum Scanned {
-    /// A contact is ahead.
-    Contact,
-    /// Another stride is needed.
-    Continues,
-    /// The leg has been done outside of the lane.
-    Single,
-}
-
-/// A round, compiled for each kind of vector instructions.
-struct Round<'a, 'b, G, T: Job>(&'a mut Batch<'b, T>, PhantomData<G>);
-
-impl<G: Tip, T: Job> pulp::NullaryFnOnce for Round<'_, '_, G, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        self.0.round::<G>();
     }
 }

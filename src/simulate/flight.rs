@@ -224,8 +224,14 @@ impl<M: Model> Simulation<M> {
     /// The present flight begins this leg, with an impact; whether chatter may have begun.
     #[inline(always)]
     pub(super) fn leave(&mut self, leg: AnchorOf<M>, view: &ChatterView) -> bool {
-        let clock = leg.clock;
         self.point.anchor = leg;
+        self.left(view)
+    }
+
+    /// The present flight has begun the present leg, with an impact; whether chatter may have begun.
+    #[inline(always)]
+    pub(super) fn left(&mut self, view: &ChatterView) -> bool {
+        let clock = self.point.anchor.clock;
         self.point.elapsed = DoubleDouble::ZERO;
         self.point.grazed = None;
         self.found = None;

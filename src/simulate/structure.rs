@@ -4,6 +4,7 @@
 
 mod changes;
 mod event;
+mod lane;
 mod motion;
 mod strike;
 mod touching;

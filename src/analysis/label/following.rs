@@ -7,6 +7,7 @@ use crate::analysis::lyapunov::GrowthRecord;
 use crate::analysis::period::{CHATTERING, Growth, PeriodReport, comes_back, detect_nearest};
 use crate::analysis::tolerances::{QUIET_PERIODS, RETURN_WINDOW};
 use crate::model::error::SimulationError;
+use crate::model::parameters::System;
 use crate::model::state::Clock;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopEvent};
@@ -28,6 +29,7 @@ pub(crate) struct Following {
 }
 
 impl Job for Following {
+    type Model = System;
     type Watch = Collector;
     type Beside = GrowthRecord<1>;
 

@@ -11,6 +11,7 @@ use super::{Cell, Measure, PointStatus, SweepOptions, SweepPoint};
 use crate::analysis::label::{Following, Labelling};
 use crate::analysis::lyapunov::{GrowthRecord, LyapunovError, lyapunov_spectrum};
 use crate::model::error::SimulationError;
+use crate::model::parameters::System;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{Event, StopReason};
 use crate::simulate::run::{Collection, Collector, Run, RunError};
@@ -57,6 +58,7 @@ enum PointJob {
 }
 
 impl Job for PointJob {
+    type Model = System;
     type Watch = Collector;
     type Beside = GrowthRecord<1>;
 

@@ -351,6 +351,19 @@ impl SeriesLanes {
                 (orders[j], most) = (order as f64, most.max(order));
             }
         }
+        self.sum_to(equations, flights, starts, times, (&orders, most));
+    }
+
+    /// The same to an order of each, the highest of which is `most`.
+    #[inline(always)]
+    pub fn sum_to(
+        &mut self,
+        equations: &Equations,
+        flights: &BodyFlights,
+        starts: &Trigs,
+        times: &Lanes,
+        (orders, most): (&Lanes, usize),
+    ) {
         if most == 0 {
             return;
         }

@@ -5,10 +5,13 @@
 
 mod begins;
 mod carry;
+mod flight_lanes;
 mod fours;
 mod search;
 mod shared;
 mod stop_gap;
+
+pub(crate) use flight_lanes::{FlightLanes, Looked, Met, Shape};
 
 use std::sync::OnceLock;
 

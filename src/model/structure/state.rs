@@ -22,6 +22,15 @@ impl Clone for StructureState {
     fn clone(&self) -> Self {
         Self { q: Coordinates::from_slice(&self.q), v: Coordinates::from_slice(&self.v) }
     }
+
+    fn clone_from(&mut self, other: &Self) {
+        if self.q.len() == other.q.len() && self.v.len() == other.v.len() {
+            self.q.copy_from_slice(&other.q);
+            self.v.copy_from_slice(&other.v);
+        } else {
+            *self = other.clone();
+        }
+    }
 }
 
 impl StructureState {

@@ -2,27 +2,37 @@
 
 #![allow(clippy::inline_always)] // a round is compiled for several instruction sets
 
+use super::Laned;
 use super::impacts::ImpactLanes;
 use crate::model::error::SimulationError;
 use crate::model::tip::Tip;
-use crate::simulate::event::Event;
-use crate::simulate::{Observer, Simulation};
+use crate::simulate::{Leg, Model, Observer, Simulation};
 
 /// A simulation for a lane, with its observer and with what takes its events.
 pub(crate) trait Job {
+    /// What moves.
+    type Model: Laned;
     /// The observer, which gets the sections.
-    type Watch: Observer;
+    type Watch: Observer<<Self::Model as Model>::State>;
     /// What goes beside the motion in the lane: `()` for nothing.
     type Beside: Companion;
     /// The simulation and its observer.
-    fn parts(&mut self) -> (&mut Simulation, &mut Self::Watch);
+    fn parts(&mut self) -> (&mut Simulation<Self::Model>, &mut Self::Watch);
     /// Takes an event, the stop included.
-    fn take(&mut self, event: Result<Event, SimulationError>);
+    fn take(&mut self, event: Result<<Self::Model as Model>::Event, SimulationError>);
 
     /// What goes beside the motion, if anything does, and the simulation.
     #[inline(always)]
-    fn companion(&mut self) -> Option<(&mut Self::Beside, &Simulation)> {
+    fn companion(&mut self) -> Option<(&mut Self::Beside, &Simulation<Self::Model>)> {
         None
+    }
+
+    /// Whether the impact from which the present flight begins is passed over: nothing is kept of
+    /// it.
+    #[inline(always)]
+    fn skips(&mut self) -> bool {
+        let (simulation, watch) = self.parts();
+        watch.skips(simulation.flight.clock(), simulation.flight.state())
     }
 
     /// Takes note of an impact that is passed over.
@@ -41,7 +51,8 @@ pub(crate) trait Job {
     }
 }
 
-/// What goes beside a motion in its lane, and is computed for the impacts of several lanes together.
+/// What goes beside a motion in its lane, and is computed for the impacts of several lanes
+/// together.
 pub(crate) trait Companion {
     /// The numbers of all lanes.
     type Lanes: Default;
@@ -90,20 +101,26 @@ impl Companion for () {
 
 /// A job with its index.
 impl<T: Job> Job for (usize, T) {
+    type Model = T::Model;
     type Watch = T::Watch;
     type Beside = T::Beside;
 
-    fn parts(&mut self) -> (&mut Simulation, &mut T::Watch) {
+    fn parts(&mut self) -> (&mut Simulation<T::Model>, &mut T::Watch) {
         self.1.parts()
     }
 
-    fn take(&mut self, event: Result<Event, SimulationError>) {
+    fn take(&mut self, event: Result<<T::Model as Model>::Event, SimulationError>) {
         self.1.take(event);
     }
 
     #[inline(always)]
-    fn companion(&mut self) -> Option<(&mut T::Beside, &Simulation)> {
+    fn companion(&mut self) -> Option<(&mut T::Beside, &Simulation<T::Model>)> {
         self.1.companion()
+    }
+
+    #[inline(always)]
+    fn skips(&mut self) -> bool {
+        self.1.skips()
     }
 
     #[inline(always)]

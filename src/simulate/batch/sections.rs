@@ -5,13 +5,14 @@
 use super::impacts::ImpactLanes;
 use super::{FEWEST, Job, LaneSet};
 use crate::flight::Flight;
+use crate::model::parameters::System;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::LANES;
 
 /// Passes the next section of each of these flights that has one before its contact, and tells
 /// which had.
 #[inline(always)]
-pub(super) fn pass_sections<T: Job>(
+pub(super) fn pass_sections<T: Job<Model = System>>(
     jobs: &mut [Option<T>; LANES],
     among: LaneSet,
     impacts: &mut ImpactLanes,

@@ -9,8 +9,8 @@ use crate::model::error::{SimulationError, StateError};
 use crate::model::parameters::System;
 use crate::model::state::Clock;
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::event::{Event, EventKind, EventRecord, StopEvent, StopReason};
-use crate::simulate::{Cycle, Job, ModelEvent, Simulation};
+use crate::simulate::event::{EventKind, EventRecord, StopEvent, StopReason};
+use crate::simulate::{Cycle, Job, Laned, Leg, ModelEvent, Simulation};
 
 /// Most records for which there is room from the start: one impact per period is usual.
 const MOST_EXPECTED: usize = 1024;
@@ -31,18 +31,33 @@ pub(crate) struct Collection<M: Recorded = System> {
     failure: Option<SimulationError>,
 }
 
-impl Job for Collection {
-    type Watch = Collector;
+impl<M: Recorded + Laned> Job for Collection<M> {
+    type Model = M;
+    type Watch = Collector<M>;
     type Beside = ();
 
-    fn parts(&mut self) -> (&mut Simulation, &mut Collector) {
+    fn parts(&mut self) -> (&mut Simulation<M>, &mut Collector<M>) {
         (&mut self.simulation, &mut self.collector)
     }
 
     #[inline(always)]
     #[allow(clippy::inline_always)] // in the lanes
-    fn take(&mut self, event: Result<Event, SimulationError>) {
+    fn take(&mut self, event: Result<M::Event, SimulationError>) {
         self.took(event);
+    }
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn skips(&mut self) -> bool {
+        let precedes = self.collector.precedes(self.simulation.present_flight().clock());
+        if precedes {
+            // Into what is there: this is done at every impact.
+            let (kept, leg) = (&mut self.collector.anchor, &self.simulation.checkpoint().anchor);
+            (kept.clock, kept.phase) = (leg.clock, leg.phase);
+            kept.state.clone_from(&leg.state);
+            kept.touching.clone_from(&leg.touching);
+        }
+        precedes
     }
 }
 

@@ -5,45 +5,13 @@
 use super::collection::Collection;
 use super::recorded::Recorded;
 use super::{Run, RunError, RunOptions};
-use crate::model::parameters::System;
-use crate::model::structure::Structure;
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::run_batch;
+use crate::simulate::{Laned, run_batch};
 
-/// A model of which many runs may be made together.
-pub trait Together: Recorded {
-    /// Makes the runs that `next` gives, at most so many at a time.
-    fn collect_all(
-        next: &mut dyn FnMut() -> Option<(usize, Collection<Self>)>,
-        done: &mut dyn FnMut((usize, Collection<Self>)),
-        most: usize,
-    );
-}
+/// A model of which many runs are made together, in lanes.
+pub trait Together: Recorded + Laned {}
 
-impl Together for System {
-    /// In the lanes.
-    fn collect_all(
-        next: &mut dyn FnMut() -> Option<(usize, Collection)>,
-        done: &mut dyn FnMut((usize, Collection)),
-        most: usize,
-    ) {
-        run_batch(next, done, most);
-    }
-}
-
-impl Together for Structure {
-    /// One after another.
-    fn collect_all(
-        next: &mut dyn FnMut() -> Option<(usize, Collection<Self>)>,
-        done: &mut dyn FnMut((usize, Collection<Self>)),
-        _: usize,
-    ) {
-        while let Some((place, mut collection)) = next() {
-            collection.run_out();
-            done((place, collection));
-        }
-    }
-}
+impl<M: Recorded + Laned> Together for M {}
 
 /// Makes runs, at most so many at a time: `next` gives their systems and starts, `done` gets each
 /// with its place in their order.
@@ -65,5 +33,5 @@ pub(crate) fn run_together<M: Together>(
     let mut made = |(place, collection): (usize, Collection<M>)| {
         (done.borrow_mut())(place, collection.into_run());
     };
-    M::collect_all(&mut next, &mut made, most);
+    run_batch(&mut next, &mut made, most);
 }

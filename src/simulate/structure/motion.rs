@@ -55,6 +55,30 @@ enum LegKind {
 }
 
 impl StructureLeg {
+    /// The free flight, if it is one.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // in the lanes
+    pub(crate) fn free(&self) -> Option<&StructureFlight> {
+        if let LegKind::Free(flight) = &self.kind { Some(flight) } else { None }
+    }
+
+    /// Another free flight takes its place, from this clock, q and v.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(super) fn restart(
+        &mut self,
+        clock: Clock,
+        (q, v): (&[f64], &[f64]),
+        store: impl FnOnce(&mut StructureFlight),
+    ) {
+        self.clock = clock;
+        self.state.q.copy_from_slice(q);
+        self.state.v.copy_from_slice(v);
+        if let LegKind::Free(flight) = &mut self.kind {
+            store(flight);
+        }
+    }
+
     /// Whether nothing will ever end or move it.
     pub(super) fn rests(&self) -> bool {
         match &self.kind {

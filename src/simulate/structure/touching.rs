@@ -33,7 +33,7 @@ impl StopStart {
 }
 
 /// The stops on which a leg begins; from all others it is apart.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Touching {
     /// By number, ascending.
     pub at: SmallVec<[(u32, StopStart); 4]>,
@@ -51,7 +51,44 @@ pub struct Touching {
     pub pending: SmallVec<[StopImpact; 1]>,
 }
 
+impl Clone for Touching {
+    fn clone(&self) -> Self {
+        let Self { at, were_closed, were_held, in_sequence, speed, pending } = self;
+        Self {
+            at: at.clone(),
+            were_closed: were_closed.clone(),
+            were_held: *were_held,
+            in_sequence: *in_sequence,
+            speed: *speed,
+            pending: pending.clone(),
+        }
+    }
+
+    // Nearly all legs begin on one stop, and nothing else is to be told of them.
+    fn clone_from(&mut self, other: &Self) {
+        match other.at[..] {
+            [start] if self.is_plain() && other.is_plain() => {
+                self.at.clear();
+                self.at.push(start);
+            }
+            _ => *self = other.clone(),
+        }
+    }
+}
+
 impl Touching {
+    /// Whether a leg begins on at most one stop, which it leaves, and nothing else is to be told.
+    pub(super) fn is_plain(&self) -> bool {
+        let Self { at, were_closed, were_held, in_sequence, speed, pending } = self;
+        let leaves = match at[..] {
+            [] => true,
+            [(_, start)] => start == StopStart::Touching,
+            _ => false,
+        };
+        let alone = *in_sequence == 0 && pending.is_empty() && *speed == 0.0;
+        leaves && alone && were_closed.is_empty() && were_held.is_none()
+    }
+
     /// How the leg begins at this stop.
     pub fn of(&self, stop: u32) -> Option<StopStart> {
         self.at.iter().find(|(of, _)| *of == stop).map(|&(_, start)| start)

@@ -192,7 +192,7 @@ impl Perturbed {
         let bounces = at_once || self.is_short(time);
         self.fly(&leg, event.clock)?;
         if self.struck.is_empty() {
-            self.before = event.pre.clone();
+            self.before.clone_from(&event.pre);
             self.held = before.touching.closed();
         }
         let pending = &after.touching.pending;

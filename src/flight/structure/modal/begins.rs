@@ -15,7 +15,7 @@ use crate::search::gap::{GapBounds, GapPoint, Higher};
 use crate::search::tolerances::{BOUND_MARGIN, SCAN_SLACK};
 
 /// Derivatives of a gap that are bounded.
-const BOUNDED: [u8; 4] = [1, 4, 5, 6];
+pub(super) const BOUNDED: [u8; 4] = [1, 4, 5, 6];
 
 /// Eight stops, or fewer and zeros.
 #[derive(Debug, Clone, Default)]
@@ -35,10 +35,10 @@ pub(super) struct StopGroup {
 #[derive(Debug, Clone, Default)]
 #[repr(align(64))]
 pub(super) struct Begins {
-    value: Lanes,
-    size: Lanes,
-    derivatives: [Lanes; 5],
-    bounds: [Lanes; BOUNDED.len()],
+    pub value: Lanes,
+    pub size: Lanes,
+    pub derivatives: [Lanes; 5],
+    pub bounds: [Lanes; BOUNDED.len()],
 }
 
 /// What one gap begins with.
@@ -161,6 +161,15 @@ impl ModalMotion {
 }
 
 impl Begins {
+    /// Copies one of other gaps.
+    pub fn copy_lane(&mut self, j: usize, others: &Self, other: usize) {
+        (self.value[j], self.size[j]) = (others.value[other], others.size[other]);
+        let ours = self.derivatives.iter_mut().chain(&mut self.bounds);
+        for (own, others) in ours.zip(others.derivatives.iter().chain(&others.bounds)) {
+            own[j] = others[other];
+        }
+    }
+
     #[inline(always)]
     pub fn get(&self, j: usize) -> Begin {
         let [rate, second, third, fourth, fifth] = &self.derivatives;
@@ -181,6 +190,20 @@ impl Begins {
     }
 }
 
+/// When a gap that begins so rises to 0, were its acceleration to last.
+#[inline(always)]
+pub(super) fn guess_when_apart(value: f64, rate: f64, second: f64) -> f64 {
+    let height = rate * rate - 2.0 * second * value;
+    let speed = rate + (if height > 0.0 { height } else { 0.0 }).sqrt();
+    if speed > 0.0 { -2.0 * value / speed } else { f64::INFINITY }
+}
+
+/// The same of a gap that begins at 0.
+#[inline(always)]
+pub(super) fn guess_when_touching(rate: f64, second: f64) -> f64 {
+    if second > 0.0 { -2.0 * rate / second } else { f64::INFINITY }
+}
+
 impl Begin {
     /// About when the stop is met, were the acceleration of its gap to last: the order in which
     /// stops are looked at.
@@ -188,12 +211,8 @@ impl Begin {
     pub fn guess(&self, start: Start) -> f64 {
         let GapPoint { rate, second, .. } = self.point;
         match start {
-            Start::Apart => {
-                let speed = rate + (rate * rate - 2.0 * second * self.value).max(0.0).sqrt();
-                if speed > 0.0 { -2.0 * self.value / speed } else { f64::INFINITY }
-            }
-            Start::Touching if second > 0.0 => -2.0 * rate / second,
-            Start::Touching => f64::INFINITY,
+            Start::Apart => guess_when_apart(self.value, rate, second),
+            Start::Touching => guess_when_touching(rate, second),
             Start::Grazed(_) | Start::Released => 0.0,
         }
     }

@@ -13,7 +13,14 @@ use crate::numerics::lanes::Lanes;
 
 /// The motions of all modes along a flight at the steps that have been asked for.
 #[derive(Default)]
-pub(super) struct Shared(RefCell<SmallVec<[Stride; 1]>>);
+pub(super) struct Shared(RefCell<Strides>);
+
+#[derive(Default)]
+struct Strides {
+    all: SmallVec<[Stride; 1]>,
+    /// How many of them are of the present flight; the others are filled anew.
+    known: usize,
+}
 
 /// Displacements, rates and accelerations of each mode at eight steps of a level.
 pub(super) struct Stride {
@@ -23,6 +30,12 @@ pub(super) struct Stride {
 }
 
 impl Shared {
+    /// Forgets them, for another flight.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.0.get_mut().known = 0;
+    }
+
     /// Eight steps of a level from a local time on.
     #[inline(always)]
     pub fn stride(
@@ -32,20 +45,28 @@ impl Shared {
         level: usize,
         from: f64,
     ) -> Ref<'_, Stride> {
-        let known = |stride: &Stride| stride.level == level && stride.from == from;
-        let place = self.0.borrow().iter().position(known);
+        let is_it = |stride: &Stride| stride.level == level && stride.from == from;
+        let strides = self.0.borrow();
+        let place = strides.all[..strides.known].iter().position(is_it);
+        drop(strides);
         let place = if let Some(place) = place {
             place
         } else {
             let mut strides = self.0.borrow_mut();
+            let place = strides.known;
+            strides.known += 1;
             // Filled where it stays: it is large.
-            let place = strides.len();
-            let modes = SmallVec::with_capacity(motion.modes.len());
-            strides.push(Stride { level, from, modes });
-            motion.fill(flight, &mut strides[place]);
+            if place == strides.all.len() {
+                let modes = SmallVec::with_capacity(motion.modes.len());
+                strides.all.push(Stride { level, from, modes });
+            }
+            let stride = &mut strides.all[place];
+            (stride.level, stride.from) = (level, from);
+            stride.modes.clear();
+            motion.fill(flight, stride);
             place
         };
-        Ref::map(self.0.borrow(), |strides| &strides[place])
+        Ref::map(self.0.borrow(), |strides| &strides.all[place])
     }
 }
 
