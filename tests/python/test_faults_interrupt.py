@@ -281,7 +281,7 @@ def test_an_interrupted_search_for_all_motions(monkeypatch, name):
 @pytest.mark.parametrize("name", ["simulate", "refine"])
 def test_an_interrupted_search_for_motions(monkeypatch, name):
     monkeypatch.setattr(shooting, "BATCH", 8)
-    count = Count(monkeypatch, (shooting, name))
+    count = Count(monkeypatch, (shooting if name == "simulate" else vi.Run, name))
 
     def find():
         return vi.search_motions(SYSTEM.replace(drive_frequency=1.8), starts=30, periods=400)

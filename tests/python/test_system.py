@@ -155,7 +155,9 @@ def test_what_is_no_finite_number_is_rejected(name, value):
     with pytest.raises(vi.ParameterError) as caught:
         vi.System(**REQUIRED | {name: value})
     message = str(caught.value)
-    assert message.startswith(f"{name} = {value!r} ")
+    # Of a number of four hundred digits the first ones.
+    assert message.startswith(f"{name} = {value!r} "[:200])
+    assert len(message) < 300
     assert message.endswith(PARAMETERS[name].allowed)
 
 
