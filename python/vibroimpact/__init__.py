@@ -129,7 +129,7 @@ else:
         if name in _ON_FIRST_USE:
             return importlib.import_module(f".{name}", __name__)
         if name not in _HOMES:
-            from .arguments import meant_in_package
+            from .hints import meant_in_package
 
             hint = "" if name[:1] == "_" else meant_in_package(name, __all__)
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")

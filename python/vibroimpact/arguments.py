@@ -15,8 +15,8 @@ from typing import Any, NamedTuple, NoReturn, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import PARAMETERS
 from .errors import ParameterError, StateError
+from .hints import close_to
 
 # The attribute of a function with the names that its signature has for completion only.
 LISTED = "_listed"
@@ -149,89 +149,6 @@ def kept_periods(keep: Any, periods: int, *, usual: int, least: int = 0) -> int:
     return count("keep", keep, least=least, most=periods)
 
 
-# What else people call an argument: the symbols of the theory (M1, omega ...; notation page),
-# and names of other packages. Where several are given, the first that the call knows is meant.
-_OTHER_NAMES: dict[str, tuple[str, ...]] = {
-    **{parameter.symbol: (name,) for name, parameter in PARAMETERS.items()},
-    **{"M1": ("pendulum_mass",), "M2": ("oscillator_mass",), "l": ("length",), "L": ("length",)},
-    **{"K1": ("torsional_stiffness",), "K2": ("stiffness",), "k": ("stiffness",)},
-    **{"C1": ("torsional_damping",), "C2": ("damping",), "c": ("damping",)},
-    **{"f10": ("moment_amplitude",), "f20": ("force_amplitude",), "Delta": ("gap",)},
-    **{"C10": ("static_moment",), "F20": ("static_force",)},
-    **{"Omega": ("drive_frequency",), "frequency": ("drive_frequency",), "e": ("restitution",)},
-    **{"M": ("mass",), "K": ("stiffness",), "C": ("damping",), "F": ("drive_amplitude",)},
-    **dict.fromkeys(("zeta", "zetas"), ("damping_ratios", "damping", "pendulum_damping")),
-    **dict.fromkeys(("x0", "y0", "X0", "state", "start", "initial_state", "ic"), ("initial",)),
-    **dict.fromkeys(("duration", "t_end", "tmax", "t_max", "T"), ("time", "periods")),
-    **dict.fromkeys(("cycles", "n_periods", "steps"), ("periods",)),
-    **dict.fromkeys(("threads", "n_jobs", "cores"), ("workers",)),
-    **dict.fromkeys(("tolerance", "tol", "atol"), ("chatter_tolerance",)),
-    **{"x": ("x1", "q_0"), "q": ("q_0",), "v": ("v1", "v_0")},
-    **{"x1": ("q_0",), "x2": ("q_1",), "v1": ("v_0",), "v2": ("v_1",)},
-}
-
-
-def closest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is meant by an unknown one, None if none is close."""
-    import difflib  # here, to keep the import of the package light
-
-    names = [*known]
-    meant = [other for other in _OTHER_NAMES.get(name, ()) if other in names]
-    close = meant or difflib.get_close_matches(name, names, n=1)
-    return close[0] if close else None
-
-
-def close_to(name: str, known: Iterable[str]) -> str:
-    """Return a hint for the error about an unknown name: the known name that is meant by it."""
-    meant = closest(name, known)
-    return f", did you mean {meant}?" if meant else ""
-
-
-# What the verbs of other packages are called here.
-_OTHER_VERBS: dict[str, str] = {
-    **dict.fromkeys(("solve", "solve_ivp", "integrate"), "simulate"),
-    **dict.fromkeys(("poincare", "poincare_section"), "plot.impact_section or plot.stroboscopic"),
-    **dict.fromkeys(("lyapunov", "lyapunov_exponents"), "lyapunov_spectrum"),
-    **dict.fromkeys(("basins_of_attraction", "attractors"), "basins"),
-    **dict.fromkeys(("follow", "continue_motion"), "follow_motion"),
-    **dict.fromkeys(("find_periodic_orbit", "periodic_orbit", "orbit"), "periodic_motion"),
-    **dict.fromkeys(("animate", "animation"), "plot.animation, or run.animate()"),
-    **dict.fromkeys(("bifurcation", "diagram"), "bifurcation_diagram"),
-    **dict.fromkeys(("ImpactOscillator", "Oscillator", "BouncingBall", "Parameters"), "System"),
-}
-
-
-def meant_in_package(name: str, public: Iterable[str]) -> str:
-    """Return a hint for the error about a name that the package does not have."""
-    if name in _OTHER_VERBS:
-        return f", did you mean {_OTHER_VERBS[name]}?"
-    return close_to(name, public)
-
-
-# What attributes of results are called elsewhere; the first that an object has is meant.
-_OTHER_ATTRIBUTES: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("t", "times", "y", "q", "v", "x"), ("trajectory",)),
-    "states": ("trajectory", "final_states"),
-    **dict.fromkeys(("eigenvalues", "floquet_multipliers"), ("multipliers",)),
-    "to_csv": ("to_pandas",),
-    "at": ("run",),
-    "poincare": ("stroboscopic",),
-    "energy": ("energy_audit",),
-    **dict.fromkeys(("lyapunov", "lyapunov_exponent"), ("largest_exponent", "largest")),
-}
-# How they are written, where the name alone does not say it.
-_IN_FULL = {"trajectory": "trajectory(times)", "to_pandas": "to_pandas().to_csv(path)"}
-
-
-def meant_of_object(name: str, known: Iterable[str]) -> str:
-    """Return a hint for the error about an attribute that an object does not have."""
-    names = [other for other in known if other[:1] != "_"]
-    for meant in _OTHER_ATTRIBUTES.get(name, ()):
-        if meant in names:
-            return f", did you mean {_IN_FULL.get(meant, meant)}?"
-    return close_to(name, names)
-
-
 def unexpected(function: Callable[..., Any], given: Iterable[str]) -> TypeError | None:
     """Return the error about a keyword that a function does not take, None if it takes all."""
     parameters = inspect.signature(function).parameters.values()
@@ -261,6 +178,29 @@ def naming(function: Callable[Arguments, Item]) -> Callable[Arguments, Item]:
     return checked
 
 
+def unknown(name: str, known: Iterable[str], rest: str, *, of: str = "") -> ParameterError:
+    """Return the error about an argument by a name that is none; ``rest`` says what is allowed."""
+    hint = close_to(name, known) or ";"
+    return ParameterError(f"unknown argument {name}{of}{hint} {rest}")
+
+
+def one_value(
+    function: str, known: Sequence[str], given: Sequence[tuple[str, Any]], *, also: str = ""
+) -> tuple[str, Any]:
+    """Return the one of the ``known`` parameters that is given to a function, with its value.
+
+    ``also`` is what an error adds to what is allowed.
+    """
+    wanted = f"{' or '.join(known)} with its value{also}"
+    for name, _ in given:
+        if name not in known:
+            raise unknown(name, known, f"allowed: {wanted}", of=f" of {function}")
+    if len(given) != 1:
+        got = ", ".join(f"{name} = {in_short(value)}" for name, value in given) or "nothing"
+        raise ParameterError(f"{function} takes exactly one value, got {got}; allowed: {wanted}")
+    return given[0]
+
+
 def swept(
     function: Callable[..., Any],
     given: Mapping[str, Any],
@@ -278,10 +218,8 @@ def swept(
         if name not in allowed:
             # Without the names that its signature has for completion.
             own = inspect.signature(function).parameters.keys() - getattr(function, LISTED, set())
-            hint = close_to(name, [*allowed, *own]) or ";"
-            raise ParameterError(
-                f"unknown argument {name} of {function.__name__}{hint} what can be swept: {shown}"
-            )
+            known, of = [*allowed, *own], f" of {function.__name__}"
+            raise unknown(name, known, f"what can be swept: {shown}", of=of)
     if exactly is not None and len(given) != exactly:
         raise ParameterError(
             f"{function.__name__} sweeps exactly {exactly} of {shown}; "
@@ -427,15 +365,17 @@ def times_of(name: str, values: Any) -> tuple[NDArray[np.float64], bool]:
     return vector(name, values), False
 
 
-def vector(name: str, values: Any, *, length: int | None = None) -> NDArray[np.float64]:
-    """Return ``values`` as a one-dimensional float64 array of finite numbers, so many if told."""
+def vector(
+    name: str, values: Any, *, length: int | None = None, spread: bool = False
+) -> NDArray[np.float64]:
+    """Return ``values`` as a one-dimensional float64 array of finite numbers, so many if told.
+
+    With ``spread`` one number stands for ``length`` equal ones.
+    """
     array = array_of(name, values, "a one-dimensional array of finite numbers")
-    if array.ndim != 1:
-        got = "" if array.ndim else f", got {values!r}"
-        raise ParameterError(
-            f"{name} of shape {array.shape} is not allowed; allowed: one dimension{got}"
-        )
-    _check_shape(name, array, length)
+    if spread and array.ndim == 0 and length is not None:
+        array = np.repeat(array, length)
+    _check_shape(name, array, length, ", or one number for all" if spread else "")
     if array.dtype.kind not in "iuf" and array.size > 0:
         raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
     result = as_floats(array)
@@ -474,10 +414,7 @@ def matrix(
     elif fits:
         fits = rows in (None, array.shape[0]) and columns in (None, array.shape[1])
     if not fits:
-        got = "" if array.ndim else f", got {values!r}"
-        raise ParameterError(
-            f"{name} of shape {array.shape} is not allowed; allowed: shape {wanted}{got}"
-        )
+        raise ParameterError(f"{_shape_of(name, array)} is not allowed; allowed: shape {wanted}")
     if array.dtype.kind not in "iuf":
         raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
     result = as_floats(array)
@@ -485,12 +422,18 @@ def matrix(
     return result
 
 
-def _check_shape(name: str, array: NDArray[Any], length: int | None) -> None:
+def _check_shape(name: str, array: NDArray[Any], length: int | None, more: str = "") -> None:
     if array.ndim != 1 or length not in (None, len(array)):
-        got = "" if array.ndim else f", got {array[()]!r}"
-        raise ParameterError(
-            f"{name} of shape {array.shape} is not allowed; allowed: shape ({length},){got}"
-        )
+        wanted = "one dimension" if length is None else f"shape ({length},)"
+        if not array.ndim and array.dtype.kind in "iufc":
+            entries = [array.item(), *[0] * ((length or 1) - 1)]
+            wanted += f", such as {in_short(entries)}"
+        raise ParameterError(f"{_shape_of(name, array)} is not allowed; allowed: {wanted}{more}")
+
+
+def _shape_of(name: str, array: NDArray[Any]) -> str:
+    """Return what an error says of an array of another shape; of one number its value."""
+    return f"{name} of shape {array.shape}" if array.ndim else f"{name} = {array.item()!r}"
 
 
 def _check_finite(name: str, array: NDArray[Any]) -> None:

@@ -10,8 +10,9 @@ from typing import Any, ClassVar, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .arguments import close_to, reject
+from .arguments import reject
 from .errors import ParameterError
+from .hints import close_to
 from .interruption import interruptible
 
 Number = TypeVar("Number", bound=np.generic)

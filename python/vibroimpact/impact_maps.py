@@ -18,6 +18,7 @@ from .errors import Interrupted
 from .impact_results import ImpactAgreement, ImpactRegimes
 from .impacts import MOST_STEPS, impact
 from .interruption import interruptible
+from .made import need_system
 from .system import System
 
 # Cells of a map along each axis. Even: no column has sin x1 = 0, no row has x1' = 0: there the
@@ -73,8 +74,7 @@ def impact_regimes(
     >>> regimes.regime.shape
     (11, 11)
     """
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
+    need_system(system)
     angles = _cells(np.pi / 2) if x1 is None else axis("x1", x1)
     if velocity_ratio is None:
         ratios = _cells(_widest_ratio(system))
@@ -153,8 +153,7 @@ def impact_agreement(
     >>> agreement.difference.shape
     (3, 6, 2)
     """
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
+    need_system(system)
     cells = count("cells", cells, least=2)
     numbers = [
         count("steps", number, least=1, most=MOST_STEPS) for number in axis("steps", steps).tolist()

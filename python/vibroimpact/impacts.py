@@ -18,6 +18,7 @@ from . import _core
 from .arguments import array_of, as_floats, optional_count, reject
 from .errors import ParameterError, StateError
 from .interruption import interruptible
+from .made import need_system
 from .system import System
 
 MOST_STEPS = 10**6
@@ -77,8 +78,7 @@ def impact(
     >>> after.shape, "v1_post" in after.dtype.names
     ((), True)
     """
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
+    need_system(system)
     steps = optional_count("steps", steps, least=1, most=MOST_STEPS)
     given = [_numbers(name, value) for name, value in (("x1", x1), ("v1", v1), ("v2", v2))]
     try:

@@ -28,6 +28,16 @@ class Machine(ByValue, Shown):
 
     @property
     @abstractmethod
+    def _numbers_by_name(self) -> tuple[str, ...]:
+        """The names of the numbers that vary by name."""
+
+    @property
+    def _numbers_in_words(self) -> str:
+        """The same for a message."""
+        return ", ".join(self._numbers_by_name)
+
+    @property
+    @abstractmethod
     def _compiled(self) -> _core.System | _core.Structure:
         """The compiled form."""
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import PARAMETERS
-from .arguments import close_to, in_short, reject, state, states, swept
+from .arguments import in_short, reject, state, states, swept, unknown
 from .by_value import leaves
 from .errors import ParameterError, StateError
 from .machine import Machine as AnyMachine
@@ -27,6 +27,9 @@ from .structure import Structure
 from .system import System
 
 Maker = Callable[..., System]
+
+# What an error about a structure adds, where only a System can be had.
+NOT_YET = "; not for structures yet"
 
 _COORDINATES = ("x1", "v1", "x2", "v2")
 # Quantities that change the units of a start, l and omega_2.
@@ -114,10 +117,7 @@ def check_names(function: Callable[..., Any], names: Sequence[str], what: str = 
     own = ", ".join(known) or "nothing"
     for name in names:
         if name not in known and not any_name:
-            hint = close_to(name, known) or ";"
-            raise ParameterError(
-                f"unknown argument {name} of the function {what}{hint} it takes {own}"
-            )
+            raise unknown(name, known, f"it takes {own}", of=f" of the function {what}")
     missing = [name for name in required if name not in names]
     if missing:
         raise ParameterError(
@@ -424,4 +424,5 @@ def need_system(system: Any, *, maker: bool = False) -> None:
     """Refuse what is no System, nor, with ``maker``, a function that makes one."""
     if not isinstance(system, System) and not (maker and is_maker(system)):
         also = " or a function that makes one" if maker else ""
-        reject("system", system, f"a vibroimpact.System{also}")
+        yet = NOT_YET if is_structure(system) else ""
+        reject("system", system, f"a vibroimpact.System{also}{yet}")

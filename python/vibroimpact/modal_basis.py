@@ -125,7 +125,7 @@ class ModalBasis:
             before = frequency
         shapes = matrix("shapes", shapes, columns=count)
         if modal_mass is not None:
-            masses = vector("modal_mass", modal_mass, length=count)
+            masses = vector("modal_mass", modal_mass, length=count, spread=True)
             for i, mass in enumerate(masses.tolist()):
                 if mass <= 0.0:
                     reject(f"modal_mass[{i}]", mass, "a finite number > 0")

@@ -11,8 +11,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from .arguments import close_to, not_negative, number, positive, reject
+from .arguments import not_negative, number, positive, reject
 from .errors import ParameterError
+from .hints import close_to
 from .scales import Scales
 
 # What `dimensionless` takes; the other arguments of `System.from_physical` are pure numbers.

@@ -13,8 +13,9 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arguments import close_to, positive, reject
+from .arguments import positive, reject
 from .errors import ParameterError
+from .hints import close_to
 from .interruption import interruptible
 
 Units = Literal["SI"]

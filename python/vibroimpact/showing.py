@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arguments import meant_of_object
+from .hints import meant_of_object
 from .interruption import interruptible
 from .verbs import verb
 
@@ -47,6 +47,12 @@ class Shown:
         """Return the table and the picture as HTML: no script, and nothing from elsewhere."""
         html: str = verb("html")(self, self._facts())
         return html
+
+
+def counted(number: int, what: str) -> str:
+    """Return how many of something there are, in words."""
+    ending = "" if number == 1 else "es" if what.endswith("x") else "s"
+    return f"{number} {what}{ending}"
 
 
 # Numbers of an array in a table.

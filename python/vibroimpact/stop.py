@@ -169,10 +169,14 @@ class Stop(ByValue, Shown):
         return ", ".join(f"{name} = {value:.6g}" for name, value in shown.items())
 
 
+# Numbers of the drive of a structure that vary by name.
+OF_DRIVE = ("drive_frequency", "phase")
 # What is changed in all stops of a structure by its name, and in one as name_number.
 OF_STOPS = ("gap", "restitution", "friction")
 _OF_ONE = re.compile(rf"({'|'.join(OF_STOPS)})_(0|[1-9]\d*)")
 _NUMBERED = re.compile(r"(.+)_(0|[1-9]\d*)")
+# Of more stops a message names the first and the last.
+_MOST_LISTED = 2
 _NAMES = tuple(entry.name for entry in fields(Stop))
 
 
@@ -189,9 +193,31 @@ def numbered(name: str) -> Numbered | None:
     return Numbered(match[1], int(match[2])) if match else None
 
 
+def numbers_by_name(stops: int) -> tuple[str, ...]:
+    """Return the names of what varies in a structure: of its drive, of all stops, of each."""
+    of_one = (f"{name}_{stop}" for stop in range(stops) for name in OF_STOPS)
+    return (*OF_DRIVE, *OF_STOPS, *of_one)
+
+
+def numbers_in_words(stops: int) -> str:
+    """Return the same for a message: there may be many stops."""
+    names = [*OF_DRIVE, *OF_STOPS]
+    for name in OF_STOPS:
+        if stops <= _MOST_LISTED:
+            names += [f"{name}_{stop}" for stop in range(stops)]
+        else:
+            names.append(f"{name}_0 ... {name}_{stops - 1}")
+    return ", ".join(names)
+
+
 def is_of_stops(name: str) -> bool:
     """Whether a name is that of a number of all stops, or of one, such as ``gap_0``."""
     return name in OF_STOPS or _OF_ONE.fullmatch(name) is not None
+
+
+def _numbers_of(stops: Sequence[Stop]) -> str:
+    """Return in words which numbers stops have in names."""
+    return f"the number of a stop, 0 to {len(stops) - 1}" if stops else "none: there are no stops"
 
 
 def value_of_stops(stops: Sequence[Stop], name: str) -> float:
@@ -204,7 +230,7 @@ def value_of_stops(stops: Sequence[Stop], name: str) -> float:
     """
     if match := _OF_ONE.fullmatch(name):
         if int(match[2]) >= len(stops):
-            reject("parameter", name, f"the number of one of {len(stops)} stops, from 0")
+            reject("parameter", name, _numbers_of(stops))
         one: float = getattr(stops[int(match[2])], match[1])
         return one
     found: set[float] = {getattr(stop, name) for stop in stops}
@@ -226,7 +252,7 @@ def with_changes(stops: Sequence[Stop], changes: Mapping[str, Any]) -> list[Stop
     for name, value in changes.items():
         if match := _OF_ONE.fullmatch(name):
             if int(match[2]) >= len(stops):
-                reject(name, value, f"the number of one of {len(stops)} stops, from 0")
+                reject(name, value, _numbers_of(stops))
             changed[int(match[2])][match[1]] = value
     if of_all and not stops:
         name, value = of_all.popitem()

@@ -17,19 +17,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .arguments import (
-    close_to,
-    naming,
-    reject,
-    starts,
-)
+from .arguments import naming, reject, starts
 from .by_value import arguments_of, fixed
+from .hints import close_to
 from .interruption import interruptible
 from .keyword_types import CoulombLaw, Simultaneous, StructureChanges, completing
 from .machine import Machine
 from .modal_basis import Matrices, ModalBasis
-from .showing import Facts, in_a_line
-from .stop import OF_STOPS, Stop, checked_stops, from_dicts, is_of_stops, with_changes
+from .showing import Facts, counted, in_a_line
+from .stop import (
+    OF_STOPS,
+    Stop,
+    checked_stops,
+    from_dicts,
+    is_of_stops,
+    numbers_by_name,
+    numbers_in_words,
+    with_changes,
+)
 from .structure_fields import checked_fields, drive_of_pairs
 from .verbs import verb
 
@@ -56,7 +61,8 @@ class Structure(Machine):
         C, (N, N), symmetric and positive semidefinite.
     damping_ratios
         In place of ``damping``: damping ratios (N,) of the modes in the order of ascending natural
-        frequency, >= 0; 0 for a mode of frequency 0, equal for equal frequencies.
+        frequency, or one number for all, >= 0; 0 for a mode of frequency 0, equal for equal
+        frequencies.
     static_load
         Constant load c, (N,); zeros where none is given.
     drive_amplitude
@@ -174,11 +180,13 @@ class Structure(Machine):
         stops
             As in Structure, with rows of n entries.
         modal_mass
-            phi_i M phi_i of the shapes, (N,), > 0; None for shapes that are orthonormal in M.
+            phi_i M phi_i of the shapes, (N,) or one number for all, > 0; None for shapes that are
+            orthonormal in M.
         damping
             C, (n, n), symmetric and positive semidefinite.
         damping_ratios
-            In place of ``damping``: damping ratios (N,) of the modes, as in Structure.
+            In place of ``damping``: damping ratios of the modes, (N,) or one number, as in
+            Structure.
         static_load
             Constant load c, (n,).
         drive_amplitude
@@ -341,6 +349,14 @@ class Structure(Machine):
         drive = fields.get("drive_amplitude")
         return fields if drive is None else {**fields, "drive_amplitude": drive_of_pairs(drive)}
 
+    @property
+    def _numbers_by_name(self) -> tuple[str, ...]:
+        return numbers_by_name(len(self.stops))
+
+    @property
+    def _numbers_in_words(self) -> str:
+        return numbers_in_words(len(self.stops))
+
     def _starts(self, initial: Any) -> Array:
         return starts(initial, self.coordinates)
 
@@ -374,7 +390,7 @@ class Structure(Machine):
 
     def _in_short(self) -> str:
         counts = {"coordinate": self.coordinates, "stop": len(self.stops)}
-        some = [f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items()]
+        some = [counted(count, what) for what, count in counts.items()]
         return f"a structure of {' with '.join(some)}"
 
     def _made_by(self) -> str:

@@ -64,7 +64,9 @@ def checked_fields(given: Mapping[str, Any], *, count: int, modes: int) -> dict[
     if damping is not None:
         fields["damping"] = fixed(matrix("damping", damping, rows=count, columns=count))
     if ratios is not None:
-        fields["damping_ratios"] = fixed(vector("damping_ratios", ratios, length=modes))
+        fields["damping_ratios"] = fixed(
+            vector("damping_ratios", ratios, length=modes, spread=True)
+        )
     for name, check in (("static_load", vector), ("drive_amplitude", complex_vector)):
         load = np.zeros(count) if fields[name] is None else fields[name]
         fields[name] = fixed(check(name, load, length=count))

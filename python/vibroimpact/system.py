@@ -413,6 +413,10 @@ class System(Mechanics):
     def _starts(self, initial: Any) -> NDArray[np.float64]:
         return states(initial)
 
+    @property
+    def _numbers_by_name(self) -> tuple[str, ...]:
+        return tuple(PARAMETERS)
+
     def _chosen(self, units: Any) -> Scales | None:
         return chosen(units, self.scales)
 

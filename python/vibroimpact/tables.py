@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._core import Regime
-from .arguments import close_to
 from .extras import install
+from .hints import close_to
 from .interruption import interruptible
 
 if TYPE_CHECKING:

@@ -8,15 +8,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from matplotlib.animation import writers
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from PIL import Image
 
 import repository
 import vibroimpact as vi
-from struck import masses_run, moving_run
+from struck import MIRRORED, masses_run, moving_run
 from systems import PAPER, ROUGH, STICKY
 from vibroimpact.plot.parts import BALL
+from vibroimpact.plot.stop_rows import places_of, rows_of
+from vibroimpact.plot.style import STOPS
 
 TWO = vi.System(
     mass_ratio=0.5,
@@ -114,7 +117,7 @@ def test_every_impact_is_seen_at_its_instant(run):
     machine = moving.figure.axes[0]
     frame = int(np.flatnonzero(moving.times == shown[-1])[0])
     moving.show(frame)
-    assert any("impact, " in text.get_text() for text in machine.texts)
+    assert any(f"impact at {shown[-1]:.2f}, " in text.get_text() for text in machine.texts)
     # The ball touches the mass.
     assert left_edges(machine)[0] == pytest.approx(tip(machine)[0] + BALL)
 
@@ -125,8 +128,9 @@ def test_sustained_contact_has_its_words(run):
     said = set()
     for frame in range(len(moving)):
         moving.show(frame)
-        said |= {text.get_text().partition(": ")[2] for text in moving.figure.axes[0].texts}
-    assert {"apart", "contact, sliding", "impact, slip"} <= said
+        said |= {text.get_text().partition("\n")[2] for text in moving.figure.axes[0].texts}
+    assert {"apart", "contact, sliding"} <= said
+    assert any(re.fullmatch(r"impact at \d+\.\d\d, slip", text) for text in said)
 
 
 def test_a_periodic_motion_runs_without_a_seam():
@@ -245,26 +249,28 @@ def test_pages_show_it():
     assert "python examples/animation.py --out docs/images/animation.gif\n" in makefile
 
 
-def rows_of(moving, frame) -> tuple[list[Rectangle], str]:
-    """Return the blocks of the stops in a frame, from above, and what is said."""
+def shown_in(moving, frame) -> tuple[list[Rectangle], list[float], str]:
+    """Return the blocks in a frame, from above, the faces of the walls, and what is said."""
     moving.show(frame)
     machine = moving.figure.axes[0]
     blocks = [each for each in machine.patches if each.get_hatch() is None]
+    faces = [float(line.get_xdata()[0]) for line in machine.lines if vertical(line)]
     said = next(text.get_text() for text in machine.texts if text.get_text().startswith("$t$"))
-    return blocks, said.partition(": ")[2]
+    return blocks, sorted(faces), said.partition("\n")[2]
+
+
+def vertical(line) -> bool:
+    x = line.get_xdata()
+    return len(x) == 2 and x[0] == x[1]
 
 
 def right(block: Rectangle) -> float:
     return block.get_x() + block.get_width()
 
 
-def test_the_stops_of_a_structure_move_as_its_gaps():
-    run = masses_run()
-    moving = run.animate(periods=4)
-    portrait = moving.figure.axes[1]
-    states = run.trajectory(moving.times)
-    time = moving.times
-    gaps = np.array(
+def gaps_at(run, time) -> np.ndarray:
+    states = run.trajectory(time)
+    return np.array(
         [
             stop.gap
             + stop.amplitude * np.cos(run.system.drive_frequency * time + stop.phase)
@@ -272,22 +278,74 @@ def test_the_stops_of_a_structure_move_as_its_gaps():
             for stop in run.system.stops
         ]
     )
+
+
+def test_the_stops_of_a_structure_move_as_its_gaps():
+    run = masses_run()
+    moving = run.animate(periods=4)
+    portrait = moving.figure.axes[1]
+    states, time = run.trajectory(moving.times), moving.times
+    gaps = gaps_at(run, time)
     seen = 0
     for frame in range(len(moving)):
-        blocks, said = rows_of(moving, frame)
-        assert len(blocks) == 2
-        for stop, block in enumerate(blocks):
-            expected = max(gaps[stop, frame], 0.0) / gaps[stop].max()
-            assert 1 - right(block) == pytest.approx(expected, abs=1e-12)
+        blocks, faces, said = shown_in(moving, frame)
+        assert len(blocks) == len(faces) == 2
         struck = run.impacts[run.impacts["time"] == time[frame]]
         if len(struck):
             seen += 1
-            assert right(blocks[struck["stop"][-1]]) == pytest.approx(1.0, abs=1e-9)
-            assert said.startswith(f"impact on stop {struck['stop'][-1]}")
+            stop = struck["stop"][-1]
+            assert min(abs(right(blocks[stop]) - face) for face in faces) < 1e-9
+            assert said.startswith(f"impact on stop {stop} at {time[frame]:.2f}")
         dots = [line for line in portrait.lines if len(line.get_xdata()) == 1]
         places = {(float(x.get_xdata()[0]), float(x.get_ydata()[0])) for x in dots}
         assert {tuple(states[frame, :, i].tolist()) for i in (0, 1)} <= places
     assert seen > 3
+    # Distances of block and wall are the gaps, each row in its own unit.
+    for stop, row in enumerate(places_of(run.system, each, time, states[:, 0]) for each in ROWS):
+        away = (row.walls[:, 0] - row.block) * (row.high - row.low)
+        assert away == pytest.approx(np.maximum(gaps[stop], 0.0), abs=1e-12)
+
+
+ROWS = rows_of(masses_run().system)
+
+
+def test_stops_on_either_side_of_a_mass_are_walls_of_one_row():
+    for normals in ([[0, 2], [0, -1], [3, 0]], [[0, -1], [3, 0], [0, 2]]):
+        stops = [vi.Stop(normal, 0.4, 0.8) for normal in normals]
+        rows = rows_of(vi.Structure(np.eye(2), np.eye(2), stops))
+        assert len(rows) == 2
+        (pair,) = (row for row in rows if len(row.stops) == 2)
+        assert pair.normal.tolist() == [0, 1]
+        assert sorted(pair.factors) == [-1, 2]
+    run = vi.simulate(MIRRORED, initial=np.zeros((2, 2)), periods=300, keep=10)
+    moving = run.animate(periods=2)
+    touched = set()
+    for frame in range(len(moving)):
+        (block,), (left, face), _ = shown_in(moving, frame)
+        assert left - 1e-12 <= block.get_x()
+        assert right(block) <= face + 1e-12
+        for stop, away in ((0, face - right(block)), (1, block.get_x() - left)):
+            struck = run.impacts[run.impacts["time"] == moving.times[frame]]["stop"]
+            assert (away < 1e-9) == (stop in struck)
+            touched |= {*struck.tolist()}
+    assert touched == {0, 1}
+    names = [text.get_text() for text in moving.figure.axes[0].texts]
+    assert {"q₁", "stop 0", "stop 1"} <= {*names}
+    # A wall beyond the motion would leave nothing of it, unless there is no other.
+    far = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8), vi.Stop([-1], 900, 0.8)])
+    time, q = np.linspace(0, 1, 5), np.linspace(-1, 0.3, 5)[:, None]
+    shown = places_of(far, rows_of(far)[0], time, q)
+    assert (shown.row.stops, shown.low, shown.high) == ((0,), -1.0, 0.3)
+
+
+def test_an_impact_keeps_its_time_while_it_is_seen():
+    run = moving_run()
+    moving = run.animate(periods=2)
+    said = [shown_in(moving, frame)[2] for frame in range(len(moving))]
+    times = [float(text.split(" at ")[1].split(",")[0]) for text in said if text[:6] == "impact"]
+    struck = run.impacts["time"]
+    assert len(times) > len({*times}) > 2
+    assert all(np.abs(struck - time).min() < 0.006 for time in times)
 
 
 def test_a_stop_that_is_closed_is_filled():
@@ -296,23 +354,22 @@ def test_a_stop_that_is_closed_is_filled():
     _, forces = run.trajectory(moving.times, forces=True)
     words = set()
     for frame in range(len(moving)):
-        blocks, said = rows_of(moving, frame)
-        words.add(said)
-        for stop, block in enumerate(blocks):
-            filled = block.get_facecolor()[:3] == block.get_edgecolor()[:3]
-            # At a border of contact the force is zero.
-            if forces[frame, stop, 0] > 1e-9:
-                assert filled
-                assert right(block) == pytest.approx(1.0, abs=1e-9)
-            elif (np.abs(run.contacts["time"] - moving.times[frame]) > 1e-9).all():
-                assert not filled
+        (block,), (_, face), said = shown_in(moving, frame)
+        words.add(said.partition(" at ")[0])
+        filled = block.get_facecolor()[:3] == to_rgb(STOPS[0][0])
+        # At a border of contact the force is zero.
+        if forces[frame, 0, 0] > 1e-9:
+            assert filled
+            assert right(block) == pytest.approx(face, abs=1e-9)
+        elif (np.abs(run.contacts["time"] - moving.times[frame]) > 1e-9).all():
+            assert not filled
     assert {"stop 0 closed", "impact on stop 1", "apart"} <= words
 
 
 def test_a_structure_without_stops_and_one_with_many_are_shown():
     free = vi.Structure([[1]], [[1]], [], drive_amplitude=[1], drive_frequency=2.0)
     moving = vi.simulate(free, initial=[[0], [0]], periods=3).animate(frames=4)
-    assert rows_of(moving, 1) == ([], "no stops")
+    assert shown_in(moving, 1) == ([], [], "no stops")
     many = vi.Structure(
         np.eye(10),
         np.eye(10),
@@ -324,7 +381,7 @@ def test_a_structure_without_stops_and_one_with_many_are_shown():
     run = vi.simulate(many, initial=np.zeros((2, 10)), periods=20)
     assert 0 < len(np.unique(run.impacts["stop"])) < 8
     moving = run.animate(periods=1, frames=3)
-    blocks, _ = rows_of(moving, 0)
+    blocks, _, _ = shown_in(moving, 0)
     assert len(blocks) == 8
     said = [text.get_text() for text in moving.figure.axes[0].texts]
     assert "and 2 more, which are struck less" in said

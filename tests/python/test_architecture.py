@@ -36,6 +36,7 @@ HERE = Path(__file__)
 PYTHON = [
     "errors",
     "extras",
+    "hints",
     "arguments",
     "interruption",
     "by_value",
@@ -146,6 +147,7 @@ RESULTS = [
 NOUNS = [
     "errors",
     "extras",
+    "hints",
     "arguments",
     "by_value",
     "interruption",

@@ -152,3 +152,13 @@ def test_boxes_without_attractor_do_not_count():
     assert measured.boxes == 80 * 40
     # One of the two rows before the line is left.
     assert measured.boundary_entropy == pytest.approx(entropy(1 / 4, 3 / 4), rel=1e-12)
+
+
+def test_a_measure_says_what_it_found():
+    measured = basin_entropy((ROW >= 182).astype(int))
+    boxes = f"80 of {measured.boxes} boxes of 5 x 5 cells"
+    assert repr(measured) == f"<BasinEntropy 0.008, on the boundary 0.673 +- 0.000, {boxes}>"
+    one = basin_entropy(np.zeros((6, 6), int))
+    assert repr(one) == "<BasinEntropy 0.000, no boundary, 0 of 1 box of 5 x 5 cells>"
+    alone = basin_entropy(np.arange(25).reshape(5, 5) % 2)
+    assert repr(alone).startswith("<BasinEntropy 0.692, on the boundary 0.692, 1 of 1 box")

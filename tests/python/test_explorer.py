@@ -358,7 +358,7 @@ def test_the_evidence_has_one_sign_for_an_error():
 
 @pytest.mark.parametrize("palette", PALETTES.values(), ids=PALETTES)
 def test_a_colour_of_a_regime_means_nothing_else(palette):
-    regimes = {palette.regime(each) for each in vi.Regime}
+    regimes = {*palette.kinds(stops=False)}
     assert len(regimes) == len(vi.Regime)
     assert regimes.isdisjoint((palette.first, palette.second, palette.mark, palette.error))
     assert len({palette.first, palette.second, palette.mark}) == 3

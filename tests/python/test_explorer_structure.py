@@ -17,7 +17,7 @@ from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.server import first_state
 from vibroimpact.explorer.state import State, from_query
 from vibroimpact.explorer.structure_numbers import DAMPING, DRIVE
-from vibroimpact.plot.stop_rows import distances
+from vibroimpact.plot.stop_rows import places_of, rows_of
 
 
 @pytest.fixture
@@ -173,10 +173,15 @@ def test_the_motion_of_a_structure_is_that_of_simulate(name):
     if verdict.periodic is not None:
         assert np.array_equal(verdict.periodic.multipliers, run.refine().multipliers)
         assert verdict.stability == run.refine().stability
-    # The distances are the gaps: none below zero, and zero where a stop is closed.
-    far = distances(shown.machine.system, shown.time, shown.states[:, 0])
-    assert far.shape == (len(shown.time), len(state.system.stops))
-    assert far[forces[:, :, 0] > 0.0].max(initial=0.0) < 1e-12
+    # Block and wall are apart by the gap: never below zero, and zero where a stop is closed.
+    drawn = rows_of(state.system)
+    assert sorted(stop for row in drawn for stop in row.stops) == [*range(len(state.system.stops))]
+    for row in drawn:
+        found = places_of(state.system, row, shown.time, shown.states[:, 0])
+        for j, (stop, factor) in enumerate(zip(found.row.stops, found.row.factors, strict=True)):
+            far = (found.walls[:, j] - found.block) * (found.high - found.low) * factor
+            assert far.min() >= 0.0
+            assert far[forces[:, stop, 0] > 0.0].max(initial=0.0) < 1e-12
     for row in run.impacts[run.impacts["time"] >= shown.time[0]]:
         stop = state.system.stops[row["stop"]]
         phase = state.system.drive_frequency * row["time"] + stop.phase
@@ -207,7 +212,7 @@ def test_the_diagram_of_a_structure_is_that_of_the_public_function(name, coarse)
         drawn = state.machine.points(diagram, "q", "q1")
         here = drawn[0] == value
         assert np.array_equal(drawn[1][here], run.impacts["q"][:, 1])
-        assert np.array_equal(drawn[2][here], 1 + run.impacts["stop"])
+        assert np.array_equal(drawn[2][here], run.impacts["stop"])
         at, section, kind = state.machine.points(diagram, "stroboscopic", "q1")
         assert kind is None
         assert np.array_equal(section[at == value], run.stroboscopic[:, 0, 1])
@@ -285,8 +290,8 @@ def test_impacts_at_a_single_stop_have_the_colour_of_their_regime():
     single = ROUGH.replace(stops=ROUGH.stops[:1])
     motion = compute.motion(first_state(single, None))
     regimes = motion.run.impacts["regime"]
-    # That of stop 0 would be 1.
-    assert regimes.min() > 1
+    # That of stop 0 would be 0.
+    assert regimes.min() > 0
     assert np.array_equal(motion.machine.kinds(motion.run.impacts), regimes)
     words = {motion.machine.kind_words(regime) for regime in regimes}
     assert all("stop" not in each for each in words)

@@ -8,12 +8,14 @@ from matplotlib import pyplot
 import vibroimpact as vi
 from explorer_desk import Desk, zoom
 from explorer_structures import BEAM, CHAIN, FREE, PAIR, ROUGH, SMALL
+from struck import MIRRORED
 from vibroimpact.explorer import compute
 from vibroimpact.explorer.axis import Axis
 from vibroimpact.explorer.code import python_code
 from vibroimpact.explorer.server import first_state
 from vibroimpact.explorer.structure_numbers import DAMPING, DRIVE
-from vibroimpact.plot.stop_rows import distances
+from vibroimpact.plot.stop_rows import BLOCK, places_of, rows_of
+from vibroimpact.plot.style import STOPS
 
 
 @pytest.fixture
@@ -34,9 +36,10 @@ def test_a_page_of_a_structure_shows_the_numbers_of_its_state(desk):
     for i in (0, 1):
         assert np.array_equal(film[f"curve{i}"], motion.states[:, 0, i])
     assert np.array_equal(film["place"], motion.states[:, 0, 0])
-    far = distances(motion.machine.system, motion.time, motion.states[:, 0])
-    for stop in (0, 1):
-        assert np.array_equal(film[f"d{stop}"], (far / far.max(axis=0))[:, stop].astype(np.float32))
+    for place, row in enumerate(rows_of(motion.machine.system)):
+        shown = places_of(motion.machine.system, row, motion.time, motion.states[:, 0])
+        assert np.array_equal(film[f"d{place}"], shown.block.astype(np.float32))
+        assert np.array_equal(film[f"w{place}"], shown.walls[:, 0].astype(np.float32))
     impacts = motion.run.impacts
     drawn = desk.named("impact").data
     assert np.array_equal(drawn["u"], impacts["approach_velocity"])
@@ -52,7 +55,14 @@ def test_a_page_of_a_structure_shows_the_numbers_of_its_state(desk):
     assert f"{counts[0]} at stop 0, {counts[1]} at stop 1" in text
     assert desk.named("address").tags == [desk.page.state.to_query()]
     assert "stop 1</span>" in desk.named("diagram-key").text
-    assert [*desk.named("rows").data["name"]] == ["stop 0:  q₀ \N{MINUS SIGN} q₁", "stop 1:  q₁"]
+    assert [*desk.named("rows").data["name"]] == ["q₀ \N{MINUS SIGN} q₁", "q₁"]
+    walls = desk.named("walls")
+    assert walls.data["name"] == ["stop 0", "stop 1"]
+    # Colours of stops are those of the figures, in every view.
+    assert walls.data["color"] == [STOPS[0][0], STOPS[1][0]]
+    rgba = np.array([int(STOPS[stop][0][1:] + "FF", 16) for stop in impacts["stop"]], np.uint32)
+    assert np.array_equal(drawn["color"], rgba)
+    assert walls.tags == [[0, 1], [1, 1]]
 
 
 def test_sliders_of_a_structure_change_it(desk):
@@ -152,11 +162,23 @@ def test_a_number_of_all_stops_is_that_of_each(coarse):
     assert desk.page.state.system == CHAIN.replace(gap=0.5)
     assert desk.named("gap").value == "0.5"
     desk.settle()
-    # Rows are those of the stops that are struck most.
-    struck = np.bincount(desk.page.motion.run.impacts["stop"], minlength=12)
-    drawn = desk.named("rows").tags
-    assert len(drawn) == 8
-    assert min(struck[drawn]) >= max(np.delete(struck, drawn))
+    # Twelve stops on either side of six masses.
+    struck = np.flatnonzero(np.bincount(desk.page.motion.run.impacts["stop"], minlength=12))
+    drawn = [int(name.split()[1]) for name in desk.named("walls").data["name"]]
+    assert {*struck} <= {*drawn}
+    assert desk.named("blocks").tags == [6]
+    assert [*desk.named("rows").data["name"]] == ["q₀", "q₁", "q₂", "q₃", "q₄", "q₅"]
+
+
+def test_stops_on_either_side_of_a_mass_are_walls_of_one_row(coarse):
+    desk = Desk(first_state(MIRRORED, None))
+    walls, film = desk.named("walls"), desk.named("film").data
+    assert [*desk.named("rows").data["name"]] == ["q₁"]
+    assert walls.tags == [[0, 1], [0, -1]]
+    left, right = walls.data["face"][1], walls.data["face"][0]
+    assert (left, right) == (-0.5 * BLOCK, 1 + 0.5 * BLOCK)
+    assert min(film["d0"]) == pytest.approx(0, abs=0.02)
+    assert max(film["d0"]) == pytest.approx(1, abs=0.02)
 
 
 def test_a_closed_stop_is_drawn_closed_and_said(coarse):

@@ -9,7 +9,7 @@ import pytest
 import vibroimpact as vi
 from small_results import motion
 from two_masses import structure
-from vibroimpact import arguments
+from vibroimpact import hints
 from vibroimpact.cli import main
 from vibroimpact.sweeps.machines import machine_of
 from vibroimpact.system import SYMBOLS
@@ -113,7 +113,7 @@ def test_other_names_lead_to_arguments_that_exist():
         for name in inspect.signature(function).parameters
     }
     taken |= {*machine_of(structure()).coordinates}
-    for names in arguments._OTHER_NAMES.values():
+    for names in hints._OTHER_NAMES.values():
         assert set(names) <= taken
 
 

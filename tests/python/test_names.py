@@ -182,7 +182,7 @@ def test_the_value_alone_says_where_on_the_branch():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"gap": 0.5}, "parameter = .* allowed: drive_frequency with its value"),
+        ({"gap": 0.5}, "argument gap of at; allowed: drive_frequency with its value"),
         ({}, "drive_frequency with its value, or the value alone"),
         ({"drive_frequency": 1.9}, "drive_frequency = 1.9 .* a value of the branch, from 1.5.* to"),
         ({"drive_frequency": math.nan}, "drive_frequency = nan"),

@@ -15,6 +15,7 @@ from matplotlib.colors import to_rgb
 
 from vibroimpact.explorer.theme import PALETTES
 from vibroimpact.plot import REGIME_STYLES
+from vibroimpact.plot.style import STOPS
 
 # From linear red, green and blue.
 TO_XYZ = np.array(
@@ -78,7 +79,7 @@ DARK = PALETTES["dark"]
 NAMES = {regime: style.text for regime, style in REGIME_STYLES.items()}
 COLORS = {
     "figures": {name: REGIME_STYLES[regime].color for regime, name in NAMES.items()},
-    "dark page": {name: DARK.regime(regime) for regime, name in NAMES.items()},
+    "dark page": {name: DARK.regimes[regime] for regime, name in NAMES.items()},
 }
 PAIRS = [*combinations(NAMES.values(), 2)]
 
@@ -120,4 +121,16 @@ def test_regimes_and_what_belongs_to_the_motion_are_seen_on_a_dark_page():
 def test_the_motion_of_the_page_has_another_colour_than_any_regime(palette):
     mark = lab(linear(palette.mark))
     for regime, name in NAMES.items():
-        assert np.linalg.norm(lab(linear(palette.regime(regime))) - mark) > LEAST, name
+        assert np.linalg.norm(lab(linear(palette.regimes[regime])) - mark) > LEAST, name
+
+
+@pytest.mark.parametrize("palette", PALETTES.values(), ids=PALETTES)
+def test_stops_have_the_colours_of_the_figures_and_are_seen(palette):
+    assert palette.kinds(stops=True) == [color for color, _ in STOPS]
+    numbers = palette.numbers(stops=True)
+    assert [f"#{number >> 8:06X}" for number in numbers.tolist()] == palette.kinds(stops=True)
+    # Points and lines, not text.
+    page, least = luminance(palette.card), 3.0 if palette is DARK else 2.0
+    for color in palette.kinds(stops=True):
+        light = sorted((luminance(color) + 0.05, page + 0.05))
+        assert light[1] / light[0] > least, color

@@ -184,7 +184,7 @@ def test_a_branch_is_followed_over_a_quantity(system):
     ends = [each.motions[0].system.drive_frequency for each in (branch, plain)]
     assert ends[0] == pytest.approx(ends[1], rel=1e-9)
     assert vi.plot.branches(branch).get_xlabel() == r"$\Omega$ (rad/s)"
-    with pytest.raises(vi.ParameterError, match="parameter = 'x1'"):
+    with pytest.raises(vi.ParameterError, match="unknown argument x1"):
         vi.follow_motion(motion, units="SI", x1=(0.0, 1.0))
     plt.close("all")
 

@@ -8,6 +8,8 @@ from matplotlib import pyplot
 
 import vibroimpact as vi
 from struck import REST, SETTLING, masses_run, orbit
+from vibroimpact.cli import main
+from vibroimpact.showing import counted
 
 TWO = masses_run().system
 LINE = np.linspace(0.0, 0.1, 3)
@@ -81,7 +83,7 @@ def test_a_branch_says_which_range_is_allowed():
     said = refusal(orbit().follow, drive_frequency=(2.5, 3.0))
     assert said == (
         "drive_frequency = (2.5, 3.0) is not allowed; allowed: a range (low, high) around 2.0, "
-        "with low < high"
+        "that of the motion, with low < high"
     )
     said = refusal(orbit().follow, drive_frequency=(1.0, 1e200))
     assert said.endswith("ends from -1e+100 to 1e+100")
@@ -116,8 +118,10 @@ def test_a_structure_is_told_by_its_size():
 def test_a_long_value_does_not_hide_what_is_allowed():
     said = refusal(lambda: orbit().follow(drive_frequency=list(range(1000))))
     assert said.startswith("drive_frequency = [0, 1, 2, ")
-    assert said.endswith("allowed: a range (low, high) around 2.0, with low < high")
-    assert len(said) < 320
+    assert said.endswith(
+        "allowed: a range (low, high) around 2.0, that of the motion, with low < high"
+    )
+    assert len(said) < 340
 
 
 def test_the_function_of_a_branch_says_where_its_structure_differs():
@@ -189,3 +193,178 @@ def test_axes_of_branches_are_named_as_those_of_diagrams():
     # No multiplier crosses the circle: there is nothing to name.
     assert not branch.bifurcations
     assert not ax.get_legend().get_visible()
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (
+            lambda: TWO.replace(drive_amplitude=1),
+            "drive_amplitude = 1 is not allowed; allowed: shape (2,), such as [1, 0]",
+        ),
+        (
+            lambda: TWO.replace(static_load=0.5),
+            "static_load = 0.5 is not allowed; allowed: shape (2,), such as [0.5, 0]",
+        ),
+        (
+            lambda: vi.Stop(2, 0.1, 0.5),
+            "normal = 2 is not allowed; allowed: one dimension, such as [2]",
+        ),
+        (
+            lambda: TWO.replace(damping_ratios=[0.1]),
+            "damping_ratios of shape (1,) is not allowed; allowed: shape (2,), or one number for "
+            "all",
+        ),
+        (
+            lambda: vi.Stop([0, 0], 0.1, 0.5),
+            "normal = 2 zeros is not allowed; allowed: at least one entry other than 0",
+        ),
+        (
+            lambda: TWO.replace(gap_5=0.1),
+            "gap_5 = 0.1 is not allowed; allowed: the number of a stop, 0 to 1",
+        ),
+        (
+            lambda: SETTLING.replace(gap_1=0.1),
+            "gap_1 = 0.1 is not allowed; allowed: the number of a stop, 0 to 0",
+        ),
+    ],
+)
+def test_a_number_in_place_of_numbers_says_what_to_write(call, words):
+    assert refusal(call) == words
+
+
+def test_one_number_stands_for_those_of_all_modes():
+    for of_all, of_each in ((0.05, [0.05, 0.05]), (np.float32(0.25), [0.25, 0.25]), (0, [0, 0])):
+        one = TWO.replace(damping_ratios=of_all)
+        assert one == TWO.replace(damping_ratios=of_each)
+        assert one.damping_ratios.tolist() == of_each
+    modes = {"frequencies": [1, 3], "shapes": [[1, 1], [1, -1]], "stops": []}
+    one = vi.Structure.from_modes(**modes, modal_mass=4, damping_ratios=0.1)
+    assert one == vi.Structure.from_modes(**modes, modal_mass=[4, 4], damping_ratios=[0.1, 0.1])
+    assert vi.Structure.from_json(one.to_json()) == one
+    with pytest.raises(vi.ParameterError, match=r"^damping_ratios of type bool is not allowed"):
+        TWO.replace(damping_ratios=True)
+    free = {"mass": [[1, 0], [0, 1]], "stiffness": [[1, -1], [-1, 1]], "stops": []}
+    with pytest.raises(vi.ParameterError, match=r"damping_ratios\[0\] = 0.1 is not allowed"):
+        vi.Structure(**free, damping_ratios=0.1)  # of a rigid body
+
+
+# What has no structures yet says so, not that another kind of motion is wanted.
+PLANE = {"drive_frequency": (1.9, 2.1), "gap": (0.2, 0.4)}
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: vi.stability_region(orbit(), **PLANE),
+        lambda: vi.unstable_manifold(orbit()),
+        lambda: vi.bifurcation_curve(orbit(), **PLANE),
+        lambda: vi.bifurcation_curve(
+            orbit().follow(drive_frequency=(1.9, 2.2)).bifurcations[0], **PLANE
+        ),
+        lambda: vi.periodic_motions(SETTLING),
+    ],
+)
+def test_what_knows_no_structures_says_so(call):
+    assert refusal(call).endswith("; not for structures yet")
+
+
+def test_a_curve_of_bifurcations_says_where_one_is_found():
+    for given in (orbit(), 3):
+        said = refusal(vi.bifurcation_curve, bifurcation=given, **PLANE)
+        assert "a Bifurcation, such as motion.follow(...).bifurcations[0], or" in said
+
+
+def test_a_branch_names_what_was_given_and_what_its_machine_has():
+    assert refusal(orbit().follow, mass=(0.5, 2)) == (
+        "unknown argument mass; what can vary: drive_frequency, phase, gap, restitution, friction, "
+        "gap_0, restitution_0, friction_0, or with system= an argument of a function that makes "
+        "the structure"
+    )
+    assert "unknown argument steps, did you mean step?" in refusal(orbit().follow, steps=0.1)
+    branch = orbit().follow(drive_frequency=(1.95, 2.05))
+    allowed = "allowed: drive_frequency with its value, or the value alone"
+    assert refusal(branch.at, gap=0.3) == f"unknown argument gap of at; {allowed}"
+    with pytest.raises(vi.ParameterError) as caught:
+        branch.at(2.0, drive_frequency=2.01)
+    assert str(caught.value) == (
+        f"at takes exactly one value, got drive_frequency = 2.0, drive_frequency = 2.01; {allowed}"
+    )
+    assert refusal(branch.at) == f"at takes exactly one value, got nothing; {allowed}"
+
+
+def test_of_many_stops_a_message_names_the_first_and_the_last():
+    many = vi.Structure([[1]], [[1]], [vi.Stop([1], 1, 1)] * 20)
+    said = refusal(vi.sweep, system=many, initial=REST[1], periods=1, mass=LINE)
+    assert "gap_0 ... gap_19, restitution_0 ... restitution_19, friction_0" in said
+    few = refusal(vi.sweep, system=TWO, initial=REST[2], periods=1, mass=LINE)
+    assert ", gap_0, gap_1, restitution_0, restitution_1, friction_0, friction_1, " in few
+
+
+# On the command line.
+
+
+@pytest.fixture
+def rig(tmp_path):
+    path = tmp_path / "rig.toml"
+    assert main(["template", "structure", "--out", str(path)]) == 0
+    return path
+
+
+def complaint(capsys, *words):
+    capsys.readouterr()
+    try:
+        code = main([*words])
+    except SystemExit as end:
+        code = end.code
+    assert code == 2
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--gap-0", "--gap_0", "--restitution-1"])
+def test_numbers_of_one_stop_are_set_by_name(rig, capsys, option):
+    said = complaint(capsys, "simulate", "--system", str(rig), option, "0.2")
+    assert f"did you mean --set {option[2:].replace('_', '-')} X?" in said
+    assert main(["simulate", "--system", str(rig), "--set", option[2:], "0.2"]) == 0
+
+
+def test_without_a_file_structures_are_named(capsys):
+    said = complaint(capsys, "simulate", "--gap", "0.2")
+    assert "missing system parameters: drive_frequency, frequency_ratio, mass_ratio, restit" in said
+    assert "--system with a file of a system or a structure, such as vibroimpact template" in said
+    with pytest.raises(SystemExit):
+        main(["simulate", "--help"])
+    assert "a structure from a file" in capsys.readouterr().out
+
+
+def test_stops_in_single_brackets_get_a_hint(rig, capsys):
+    text = rig.read_text(encoding="utf-8").replace("[[structure.stops]]", "[structure.stops]")
+    rig.write_text(text, encoding="utf-8")
+    said = complaint(capsys, "simulate", "--system", str(rig))
+    assert "not a TOML file" in said
+    assert "each stop is a table [[structure.stops]], in double brackets" in said
+    first, _, rest = text.partition("[structure.stops]                      # stop 1")
+    rig.write_text(first + rest[rest.index("[run]") :], encoding="utf-8")
+    said = complaint(capsys, "simulate", "--system", str(rig))
+    assert "allowed: a table [[structure.stops]], in double brackets, for each stop" in said
+
+
+def test_a_stop_that_is_none_is_told_by_its_number(rig, capsys):
+    text = rig.read_text(encoding="utf-8").replace("normal = [0.0, 1.0]", "normal = [0.0, 0.0]")
+    rig.write_text(text, encoding="utf-8")
+    said = complaint(capsys, "simulate", "--system", str(rig))
+    assert "[structure]: stops[1].normal = 2 zeros is not allowed; allowed: at least one" in said
+
+
+def test_one_damping_ratio_in_a_file_is_that_of_all_modes(rig, capsys):
+    text = rig.read_text(encoding="utf-8")
+    main(["simulate", "--system", str(rig)])
+    both = capsys.readouterr().out
+    rig.write_text(text.replace("[0.05, 0.05]", "0.05        "), encoding="utf-8")
+    main(["simulate", "--system", str(rig)])
+    assert capsys.readouterr().out == both
+
+
+def test_one_is_no_plural():
+    assert [counted(count, "cell") for count in (0, 1, 2)] == ["0 cells", "1 cell", "2 cells"]
+    assert counted(2, "box") == "2 boxes"

@@ -7,6 +7,7 @@ from typing import Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
+from ..showing import counted
 from ..sweeps import Basins, basins
 from . import cells, outputs
 from . import options as shared
@@ -131,7 +132,7 @@ def _print(result: Basins, stream: TextIO) -> None:
     ]
     outputs.print_table([("attractor", "label", "share", "confirmed"), *rows], stream)
     for reason, number in result.reasons.items():
-        print(f"{reason}: {number} of {result.attractor.size} cells", file=stream)
+        print(f"{reason}: {number} of {counted(result.attractor.size, 'cell')}", file=stream)
     if result.complete and min(result.attractor.shape) >= MEASURED:
         uncertainty, entropy = result.uncertainty_exponent(), result.entropy()
         print(

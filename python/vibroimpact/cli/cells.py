@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scales import COLUMN_UNITS, needed
+from ..showing import counted
 from ..sweeps import GridResult
 from ..system import System
 from . import outputs
@@ -73,14 +74,16 @@ def describe(status: NDArray[np.str_], label: NDArray[np.str_]) -> list[tuple[st
     """Count statuses, and the most frequent labels of the cells that were reached."""
     lines = statuses(status)
     found = _counted(label[status != "pending"])
-    lines += [(name, f"{count} cells") for name, count in found[:_MOST_LABELS]]
+    lines += [(name, counted(count, "cell")) for name, count in found[:_MOST_LABELS]]
     rest = sum(count for _, count in found[_MOST_LABELS:])
-    return [*lines, ("others", f"{rest} cells")] if rest else lines
+    return [*lines, ("others", counted(rest, "cell"))] if rest else lines
 
 
 def statuses(status: NDArray[np.str_]) -> list[tuple[str, str]]:
     """Count statuses."""
-    return [(name, f"{count} of {status.size} cells") for name, count in _counted(status)]
+    return [
+        (name, f"{count} of {counted(status.size, 'cell')}") for name, count in _counted(status)
+    ]
 
 
 def _counted(names: NDArray[np.str_]) -> list[tuple[str, int]]:

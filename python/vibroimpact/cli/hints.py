@@ -3,7 +3,8 @@
 import argparse
 from collections.abc import Sequence
 
-from ..arguments import close_to, closest
+from ..hints import close_to, closest
+from ..stop import is_of_stops
 
 
 def check_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
@@ -40,6 +41,8 @@ def check_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
             names = {_argument(one): one for one in known_options}
             meant = closest(_argument(option), names)
             hint = f", did you mean {names[meant]}?" if meant else ""
+            if "--set" in known_options and is_of_stops(_argument(option)):
+                hint = f", did you mean --set {option.removeprefix('--')} X?"
             command.error(f"unrecognized arguments: {option}{hint}")
 
 

@@ -15,15 +15,14 @@ from typing import Any
 import numpy as np
 
 from .._core import PARAMETERS
+from ..by_value import arguments_of
 from ..errors import ParameterError
 from ..physical import QUANTITIES
-from ..stop import OF_STOPS
+from ..stop import OF_DRIVE, OF_STOPS, numbers_by_name
 from ..structure import Structure
 from ..sweeps.columns import COORDINATES
 from ..system import System
 
-# Numbers of a structure that can vary, beside those of its stops.
-_OF_STRUCTURES = ("drive_frequency", "phase")
 _CHOICES = ("contact", "law", "simultaneous")
 # Every flag that changes a machine.
 FLAGS = (*PARAMETERS, *_CHOICES)
@@ -118,7 +117,15 @@ class DescribedSystem(Description):
 
     def _made(self, changes: Mapping[str, Any], missing: Mapping[str, float], units: Any) -> System:
         if self.made is None:
-            return System.from_dict({**missing, **self.fields, **changes})
+            given = {**missing, **self.fields, **changes}
+            lacking = sorted({*arguments_of(System)[1]} - {*given})
+            if lacking and not self.fields:
+                raise ParameterError(
+                    f"missing system parameters: {', '.join(lacking)}; allowed: a flag for each, "
+                    "or --system with a file of a system or a structure, such as vibroimpact "
+                    "template prints"
+                )
+            return System.from_dict(given)
         words = {name: value for name, value in changes.items() if name in _CHOICES}
         numbers = {name: value for name, value in changes.items() if name not in _CHOICES}
         return self.made.replace(**words).replace(**numbers, **units)
@@ -133,13 +140,11 @@ class DescribedStructure(Description):
 
     what = "a structure"
     how_to_start = "--initial Q ... V ..., or initial = [[q, ...], [v, ...]]"
-    flags = (*_OF_STRUCTURES, *OF_STOPS, "law", "simultaneous")
+    flags = (*OF_DRIVE, *OF_STOPS, "law", "simultaneous")
 
     def names(self, units: Mapping[str, Any]) -> tuple[str, ...]:
         """Return what can be varied: of the drive, of all stops, of one."""
-        places = range(len(self.fields["stops"]))
-        of_one = (f"{name}_{place}" for name, place in itertools.product(OF_STOPS, places))
-        return (*_OF_STRUCTURES, *OF_STOPS, *of_one)
+        return numbers_by_name(len(self.fields["stops"]))
 
     def coordinates(self) -> tuple[str, ...]:
         """Return the names of the coordinates of a start: q_0 ..., v_0 ..."""
@@ -171,7 +176,7 @@ class DescribedStructure(Description):
     ) -> Structure:
         fields = dict(self.fields)
         given = {**missing, **changes}
-        for name in _OF_STRUCTURES:
+        for name in OF_DRIVE:
             if name in given:
                 fields.setdefault(name, given[name])
         fields["stops"] = [

@@ -11,8 +11,8 @@ from typing import Any, Self
 import numpy as np
 
 from .._core import CHATTER_TOLERANCE, CONTACTS, LAWS, PARAMETERS, Parameter
-from ..arguments import close_to
 from ..errors import ParameterError
+from ..hints import close_to
 from ..structure_fields import CHOICES
 from .machines import FLAGS, DescribedStructure, DescribedSystem
 from .system_file import SystemFile, read
@@ -67,7 +67,9 @@ def command(
 
 def add_system(command: argparse.ArgumentParser, *, units: bool = True) -> None:
     """Add the system file, a flag for every parameter, and the initial state; and units."""
-    group = command.add_argument_group("system", "from a file, from flags, or both: flags win")
+    group = command.add_argument_group(
+        "system", "of two bodies from flags or a file, a structure from a file; flags win"
+    )
     group.add_argument(
         "--system",
         type=Path,

@@ -18,9 +18,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..arguments import close_to
 from ..by_value import arguments_of
 from ..errors import ParameterError
+from ..hints import close_to
 from ..stop import Stop
 from ..structure import Structure
 from ..structure_fields import drive_of_pairs
@@ -38,6 +38,8 @@ RUN_KEYS = (
 )
 # A word after an equals sign, and the words that have a meaning in TOML.
 _BARE_WORD = re.compile(r"^\s*([\w-]+)\s*=\s*([A-Za-z][\w-]*)\s*(?:#.*)?$", re.M)
+# A table of stops in place of an array of them.
+_ONE_STOP = re.compile(r"^\s*\[structure\.stops\]", re.M)
 _TOML_WORDS = ("true", "false", "inf", "nan")
 _DAMPING = ("pendulum_damping", "oscillator_damping")
 
@@ -80,7 +82,7 @@ def read(path: Path) -> SystemFile:
     except OSError as error:
         raise ParameterError(f"--system {path}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
-        hint = "" if json_kind else _unquoted(text)
+        hint = "" if json_kind else _unquoted(text) or _single_brackets(text)
         kind = "JSON" if json_kind else "TOML"
         raise ParameterError(f"{path}: not a {kind} file: {error}{hint}") from error
     if json_kind:
@@ -133,8 +135,8 @@ def _structure(path: Path, table: dict[str, Any]) -> Description:
     stops = table["stops"]
     if not isinstance(stops, list) or not all(isinstance(stop, dict) for stop in stops):
         raise ParameterError(
-            f"{where}: stops = {stops!r} is not allowed; allowed: a table [[structure.stops]] for "
-            "each stop, or stops = []"
+            f"{where}: stops = {stops!r} is not allowed; allowed: a table [[structure.stops]], in "
+            "double brackets, for each stop, or stops = []"
         )
     for place, stop in enumerate(stops):
         _check_names(f"{where}, stops[{place}]", stop, arguments_of(Stop)[0])
@@ -160,6 +162,13 @@ def _unquoted(text: str) -> str:
     for key, word in _BARE_WORD.findall(text):
         if word not in _TOML_WORDS:
             return f'; text needs quotes: {key} = "{word}"'
+    return ""
+
+
+def _single_brackets(text: str) -> str:
+    """Return what to add where the stops of a structure are no array of tables."""
+    if _ONE_STOP.search(text):
+        return "; each stop is a table [[structure.stops]], in double brackets"
     return ""
 
 

@@ -138,6 +138,11 @@ class Machine(ABC):
         return bool(self.system.drive_frequency > 0.0)
 
     @property
+    def by_stop(self) -> bool:
+        """Whether the kind of an impact, and its colour, is its stop; else its regime."""
+        return False
+
+    @property
     def drive_period(self) -> float:
         """The drive period."""
         return float(self.system.drive_period)
@@ -297,7 +302,7 @@ class Machine(ABC):
 
     @abstractmethod
     def kinds(self, impacts: Any) -> NDArray[np.uint8]:
-        """Return the kind of each impact, which has a colour of the palette."""
+        """Return the kind of each impact, which has a colour of the palette: see ``by_stop``."""
 
     @abstractmethod
     def kind_words(self, kind: int) -> str:

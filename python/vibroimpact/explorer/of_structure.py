@@ -13,14 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..plot.style import REGIME_STYLES
+from ..plot.style import REGIME_STYLES, STOPS
 from ..structure import Structure
 from ..sweeps import lyapunov_spectrum
 from .machine import STROBOSCOPIC, Array, Curve, Motion, Phase
 from .structure_numbers import DAMPING, DRIVE, StructureNumbers
 
-# Stops have the colours of the regimes but for the first one.
-_COLORS = 5
 # Oscillations of the slowest mode in a motion without a drive; its length without any spring.
 _OSCILLATIONS, _TIME = 20.0, 30.0
 # For so many coordinates and stops more, maps have half the cells; a quarter at least.
@@ -138,19 +136,24 @@ class OfStructure(StructureNumbers):
         """Return the column of the impacts."""
         return np.asarray(run.impacts["approach_velocity"])
 
+    @property
+    def by_stop(self) -> bool:
+        """Whether there are several stops."""
+        return len(self.base.stops) != 1
+
     def kinds(self, impacts: Any) -> NDArray[np.uint8]:
         """Return the colours of the stops, or the regimes at a single one."""
         if not len(impacts):
             return np.zeros(0, dtype=np.uint8)
-        if len(self.base.stops) == 1:
+        if not self.by_stop:
             return np.asarray(impacts["regime"]).astype(np.uint8)
-        return (1 + np.asarray(impacts["stop"]) % _COLORS).astype(np.uint8)
+        return (np.asarray(impacts["stop"]) % len(STOPS)).astype(np.uint8)
 
     def kind_words(self, kind: int) -> str:
         """Return the stops of a colour, or the name of a regime."""
-        if len(self.base.stops) == 1:
+        if not self.by_stop:
             return REGIME_STYLES[kind].text
-        stops = [str(stop) for stop in range(kind - 1, len(self.base.stops), _COLORS)]
+        stops = [str(stop) for stop in range(kind, len(self.base.stops), len(STOPS))]
         return f"{'stop' if len(stops) == 1 else 'stops'} {', '.join(stops)}"
 
     def points(
@@ -241,7 +244,7 @@ class OfStructure(StructureNumbers):
         if not self.driven:
             part = "window=(run.kept_from, run.final_state.time)"
             size, x = "1, 3, figsize=(7.1, 2.7)", "time"
-        color = ", color='regime'" if len(self.base.stops) == 1 else ""
+        color = "" if self.by_stop else ", color='regime'"
         lines = [
             f"figure, axes = plt.subplots({size}, layout='constrained')",
             "panels = axes.flat",

@@ -12,8 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..arguments import close_to, number, reject
+from ..arguments import number, reject
 from ..errors import ParameterError
+from ..hints import close_to
 from .axis import Axis
 from .machine import Machine
 from .machines import machine_of

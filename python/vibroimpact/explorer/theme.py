@@ -5,9 +5,10 @@ of the common colour vision deficiencies can tell them apart. On a dark page imp
 have brighter variants of their colours, which stay apart for the same readers; a test measures
 this, and the contrast with the page.
 
-One colour has one meaning in the views of a motion and in the diagram: that of the impact regime.
-So the bodies are grey, dark and light, an impulse has the colour of its impact's regime, and what
-belongs to the motion of the page in a map, its place and its branch, has a colour of its own.
+One colour has one meaning in the views of a motion and in the diagram: that of the impact regime,
+or of the stop where a structure has several, as in the figures. So the bodies are grey, dark and
+light, an impulse has the colour of its impact's regime, and what belongs to the motion of the page
+in a map, its place and its branch, has a colour of its own.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from bokeh.themes import Theme
 from numpy.typing import NDArray
 
 from .._core import Regime
-from ..plot.style import BLUE, REGIME_STYLES, SKY_BLUE
+from ..plot.style import BLUE, REGIME_STYLES, SKY_BLUE, STOPS
 
 _ON_LIGHT: Mapping[int, str] = {regime: style.color for regime, style in REGIME_STYLES.items()}
 # The figures' blue and red are too dim on a dark page.
@@ -53,14 +54,15 @@ class Palette:
     error: str
     regimes: Mapping[int, str]
 
-    def regime(self, regime: int) -> str:
-        """Return the colour of an impact regime."""
-        return self.regimes[regime]
+    def kinds(self, *, stops: bool) -> list[str]:
+        """Return the colours of the kinds of impacts: of stops, or of regimes."""
+        if stops:
+            return [color for color, _ in STOPS]
+        return [self.regimes[each] for each in REGIME_STYLES]
 
-    @property
-    def numbers(self) -> NDArray[np.uint32]:
-        """The colours of the regimes as numbers, 0xRRGGBBAA, which the browser need not read."""
-        colors = [self.regime(each) for each in REGIME_STYLES]
+    def numbers(self, *, stops: bool) -> NDArray[np.uint32]:
+        """Return these colours as numbers, 0xRRGGBBAA, which the browser need not read."""
+        colors = self.kinds(stops=stops)
         return np.array([int(color[1:] + "FF", 16) for color in colors], dtype=np.uint32)
 
 

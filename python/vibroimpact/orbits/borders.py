@@ -32,7 +32,7 @@ from .curve_problem import RESONANCES, ROUNDING, CurveProblem
 from .friction import need_friction, with_friction
 from .kinds import BORDERS, FIRST, BifurcationKind
 from .problem import OrbitProblem
-from .ranges import LONGEST_STEP, Bounds, begin, two_ranges
+from .ranges import LONGEST_STEP, Bounds, begin, is_of_structure, refuse, two_ranges
 from .resegment import beside, spared
 from .special_points import end_of
 from .verdict import motion_of, primitive
@@ -148,8 +148,10 @@ def bifurcation_curve(
     >>> str(curve.kind), curve.parameters
     ('period_doubling', ('drive_frequency', 'restitution'))
     """
-    if not isinstance(bifurcation, Bifurcation | CodimensionTwo):
-        reject("bifurcation", bifurcation, "a Bifurcation or a CodimensionTwo")
+    known = isinstance(bifurcation, Bifurcation | CodimensionTwo)
+    if not known or is_of_structure(bifurcation):
+        allowed = "a Bifurcation, such as motion.follow(...).bifurcations[0], or a CodimensionTwo"
+        refuse("bifurcation", bifurcation, allowed)
     if bifurcation.kind not in KINDS:
         reject("bifurcation", bifurcation.kind, f"one of the kinds {', '.join(KINDS)}")
     bifurcation, ranges = begin(bifurcation, system, parameters, units)

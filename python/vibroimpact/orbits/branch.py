@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._core import Leg, LegKind
-from ..arguments import close_to, number, reject
+from ..arguments import number, one_value, reject
+from ..hints import close_to
 from ..interruption import interruptible
 from ..made import varied
 from ..showing import Facts, Shown
@@ -280,9 +281,9 @@ class Branch(Shown):
         >>> branch.at(drive_frequency=1.84)
         (<PeriodicMotion 1-1, admissible, unstable, |lambda| = 1.12931>,)
         """
-        given = value if value is not None else parameter.get(self.parameter)
-        if [*parameter] != ([self.parameter] if value is None else []):
-            reject("parameter", parameter, f"{self.parameter} with its value, or the value alone")
+        alone = [] if value is None else [(self.parameter, value)]
+        named = [*alone, *parameter.items()]
+        _, given = one_value("at", (self.parameter,), named, also=", or the value alone")
         value = number(self.parameter, given)
         values = np.append(self.values, [found.value for found in self.bifurcations])
         if not len(self):

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
-from .._core import PARAMETERS
-from ..arguments import close_to, number, pair, reject, triple
+from ..arguments import number, pair, reject, triple, unknown
 from ..errors import ParameterError
 from ..made import (
+    NOT_YET,
     Machine,
     MadeStructure,
     Maker,
@@ -19,7 +19,6 @@ from ..made import (
 )
 from ..physical import QUANTITIES
 from ..scales import in_si
-from ..stop import OF_STOPS, is_of_stops
 from ..structure import Structure
 from ..structure_motion import StructureOrbit
 from ..system import System
@@ -36,10 +35,20 @@ LONGEST_STEP = 1000.0
 Start = TypeVar("Start", bound=PeriodicMotion | StructureOrbit | Bifurcation | CodimensionTwo)
 # Motions, of a System or of a Structure.
 MOTIONS = (PeriodicMotion, StructureOrbit)
-# Numbers of a structure that vary by name, beside those of its stops.
-_OF_STRUCTURES = ("drive_frequency", "phase")
+# Options of all that follow, which may be what is meant by a name that does not vary.
+_OPTIONS = ("system", "step", "max_step", "max_points")
 Range = tuple[float, float]
 Bounds = tuple[Range, Range]
+
+
+def is_of_structure(given: Any) -> bool:
+    """Whether this is a motion of a structure, or a bifurcation of one."""
+    return isinstance(given.motion if isinstance(given, Bifurcation) else given, StructureOrbit)
+
+
+def refuse(name: str, given: Any, allowed: str) -> NoReturn:
+    """Refuse what a continuation cannot start from; of a structure say that this is the reason."""
+    reject(name, given, f"{allowed}{NOT_YET if is_of_structure(given) else ''}")
 
 
 def begin(
@@ -68,9 +77,8 @@ def begin(
         own = of_motion.to_physical()
         for name in parameters:
             if name not in QUANTITIES:
-                known = ", ".join(QUANTITIES)
-                reject("parameter", name, f"one of {known}{close_to(name, QUANTITIES)}")
-        around = {name: f"a range (low, high) around {own[name]}" for name in parameters}
+                raise unknown(name, QUANTITIES, f"what can vary: {', '.join(QUANTITIES)}")
+        around = {name: around_motion(own[name]) for name in parameters}
         ends = {name: pair(name, given, around[name]) for name, given in parameters.items()}
         parameters = {name: (low, own[name], high) for name, (low, high) in ends.items()}
     if function is None:
@@ -109,8 +117,6 @@ def one_range(system: System | Structure, parameters: Mapping[str, Any]) -> tupl
 
 def two_ranges(system: System, parameters: Mapping[str, Any]) -> tuple[tuple[str, str], Bounds]:
     """Return the names of the two parameters and their ranges."""
-    if isinstance(system, Structure):
-        reject("system", system, "a System: curves in two parameters do not know structures yet")
     if len(parameters) != 2:
         given = ", ".join(parameters) or "none"
         raise ParameterError(f"give exactly two parameters with their ranges, got {given}")
@@ -119,11 +125,16 @@ def two_ranges(system: System, parameters: Mapping[str, Any]) -> tuple[tuple[str
     return (first, second), (one, other)
 
 
+def around_motion(value: float) -> str:
+    """Return what is allowed as a range, in words."""
+    return f"a range (low, high) around {value!r}, that of the motion"
+
+
 def range_around(system: System | Structure, name: str, bounds: Any) -> Range:
     """Check a range of a parameter that contains its value."""
     _check_name(system, name)
     value = value_of(system, name)
-    allowed = f"a range (low, high) around {value!r}, with low < high"
+    allowed = f"{around_motion(value)}, with low < high"
     low, high = pair(name, bounds, allowed)
     low, high = number(name, low, allowed), number(name, high, allowed)
     if not low <= value <= high or low == high:
@@ -137,11 +148,8 @@ def _check_name(system: System | Structure, name: str) -> None:
     """Refuse what is neither a number of the machine nor one of the function that made it."""
     if isinstance(system, MadeStructure) or made_from(system, [name]) is not None:
         return
-    known, more = [*PARAMETERS], ""
-    if isinstance(system, Structure):
-        if is_of_stops(name):
-            return
-        known, more = [*_OF_STRUCTURES, *OF_STOPS], ", gap_0 ..."
+    known = system._numbers_by_name
     if name not in known:
         also = f"or with system= an argument of a function that makes the {system._WHAT}"
-        reject("parameter", name, f"{', '.join(known)}{more}, {also}{close_to(name, known)}")
+        rest = f"what can vary: {system._numbers_in_words}, {also}"
+        raise unknown(name, [*known, *_OPTIONS], rest)

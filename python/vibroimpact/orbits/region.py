@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import array_of, as_floats, number, reject
+from ..arguments import array_of, as_floats, number, one_value, reject
 from ..interruption import interruptible
 from ..showing import Facts, Shown
 from ..verbs import verb
@@ -136,9 +136,7 @@ class StabilityRegion(Shown):
         >>> len(region.crossings(restitution=0.8))
         1
         """
-        if len(parameter) != 1 or next(iter(parameter)) not in self.parameters:
-            reject("parameter", parameter, f"one of {', '.join(self.parameters)} with its value")
-        name, given = next(iter(parameter.items()))
+        name, given = one_value("crossings", self.parameters, [*parameter.items()])
         value, index = number(name, given), self.parameters.index(name)
         crossing = verb("crossing")
         found: list[Bifurcation] = [

@@ -18,7 +18,6 @@ from typing import Any, Unpack, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import reject
 from ..continuation.curves import curve_point
 from ..continuation.names import OwnTest, PathEnd
 from ..errors import Interrupted
@@ -33,7 +32,7 @@ from .call_types import CurveCall
 from .curve import BifurcationCurve
 from .kinds import BifurcationKind
 from .motion import PeriodicMotion
-from .ranges import begin, two_ranges
+from .ranges import begin, refuse, two_ranges
 from .region import StabilityRegion
 from .verdict import motion_of
 
@@ -114,7 +113,7 @@ def stability_region(
     '1-1'
     """
     if not isinstance(motion, PeriodicMotion) or not (motion.admissible and motion.stable):
-        reject("motion", motion, "an admissible and stable PeriodicMotion")
+        refuse("motion", motion, "an admissible and stable PeriodicMotion")
     motion, ranges = begin(motion, system, parameters, units)
     names, bounds = two_ranges(motion.system, ranges)
     walk = Walk(motion, names, bounds, CurveSteps.checked(step, max_step, max_points))

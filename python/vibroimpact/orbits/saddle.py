@@ -10,6 +10,7 @@ from ..arguments import reject
 from ..simulation import simulate
 from ..system import System
 from .motion import PeriodicMotion, reduced
+from .ranges import refuse
 from .shooting import refine
 
 Array = NDArray[np.float64]
@@ -18,7 +19,7 @@ Array = NDArray[np.float64]
 def unstable_multiplier(motion: PeriodicMotion) -> float:
     """Return the multiplier outside the unit circle, of a motion that has exactly one."""
     if not isinstance(motion, PeriodicMotion):
-        reject("motion", motion, "a PeriodicMotion")
+        refuse("motion", motion, "a PeriodicMotion")
     if not motion.admissible:
         reject("motion", motion, f"an admissible one; this is none: {motion.why_not}")
     outside = motion.multipliers[np.abs(motion.multipliers) > 1.0]

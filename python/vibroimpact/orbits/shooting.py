@@ -21,6 +21,7 @@ from ..arguments import count, reject, state, states
 from ..continuation.newton import solve
 from ..errors import Interrupted, StateError
 from ..interruption import interruptible
+from ..made import need_system
 from ..run import Run
 from ..simulation import refuse_overlap, simulate
 from ..structure import Structure
@@ -346,7 +347,6 @@ def _equilibrium(system: System) -> tuple[float, float, float, float]:
 
 
 def _driven(system: System) -> None:
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
+    need_system(system)
     if system.drive_frequency == 0.0:
         reject("drive_frequency", 0.0, _DRIVEN)

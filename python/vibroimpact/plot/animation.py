@@ -84,16 +84,19 @@ class _Machine:
         state = self._states[frame].tolist()
         return [(state[2 * body - 2], state[2 * body - 1]) for body in self.bodies]
 
-    def show(self, frame: int) -> str:
-        """Draw a frame in place of the one before; return what happens in words."""
+    def show(self, frame: int) -> tuple[str, float | None]:
+        """Draw a frame in place of the one before; return what happens in words, and when.
+
+        None stands for the time of the frame.
+        """
         system, mode = self.run.system, self._modes[frame]
         hit = self._hit(frame)
         phase = system.drive_frequency * float(self._times[frame]) + system.phase
         driven = is_driven(system)
         self._stage.show(self._states[frame], phase=phase if driven else None, mode=mode, hit=hit)
         if hit is not None and mode is None:
-            return f"impact, {REGIME_STYLES[hit.regime].text}"
-        return _TEXTS.get(mode or "", "apart")
+            return f"impact, {REGIME_STYLES[hit.regime].text}", hit.time
+        return _TEXTS.get(mode or "", "apart"), None
 
     @property
     def moving(self) -> list[Artist]:
@@ -111,7 +114,12 @@ class _Machine:
                     for name in ("impulse_normal", "impulse_tangential")
                 )
                 return Hit(
-                    float(impact["x1"]), normal, tangential, int(impact["regime"]), age / _FLASH
+                    float(impact["x1"]),
+                    normal,
+                    tangential,
+                    int(impact["regime"]),
+                    age / _FLASH,
+                    float(impact["time"]),
                 )
         return None
 
@@ -136,8 +144,8 @@ class _Stops:
         q, v = self._states[frame]
         return [(float(q[i]), float(v[i])) for i in self._shown]
 
-    def show(self, frame: int) -> str:
-        """Draw a frame in place of the one before; return what happens in words."""
+    def show(self, frame: int) -> tuple[str, float | None]:
+        """Draw a frame in place of the one before; return what happens in words, and when."""
         return self._rows.show(frame)
 
     @property
@@ -191,11 +199,14 @@ class _Scene:
     def draw(self, frame: int) -> list[Artist]:
         """Draw one frame; return what moves, from below to above."""
         time = float(self.times[frame])
-        doing = self._film.show(frame)
+        doing, when = self._film.show(frame)
         for dot, (x, v) in zip(self._dots, self._film.dots(frame), strict=True):
             dot.set_data([x], [v])
         self._now.set_xdata([time, time])
-        self._text.set_text(f"$t$ = {time:.2f}: {doing}")
+        # An event is seen for a while: it keeps its own time.
+        at = "" if when is None else f" at {when:.2f}"
+        what, comma, how = doing.partition(",")
+        self._text.set_text(f"$t$ = {time:.2f}\n{what}{at}{comma}{how}")
         drawn = [*self._film.moving, *self._dots, self._now, self._text]
         return sorted(drawn, key=lambda artist: artist.get_zorder())
 
@@ -215,9 +226,10 @@ def animation(
     its regime; in sustained contact the tip has the colour of the bands in the time history. Green
     arrows are the drive.
 
-    Of a structure the stops are drawn in rows: each has a block at its distance from the contact,
-    in a scale of its own, whose largest distance is the number beside it. The block is filled while
-    the stop is closed, and a mark shows the regime of an impact.
+    Of a structure the stops are drawn in rows: one for each coordinate, or difference of two, on
+    which stops act, with a block between the walls that are its stops. The numbers beside it are
+    the ends of its scale. The block is filled while a stop is closed, and a mark shows the regime
+    of an impact.
 
     Parameters
     ----------

@@ -12,8 +12,9 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import close_to, reject
+from ..arguments import reject
 from ..errors import ParameterError
+from ..hints import close_to
 from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import Branch, PeriodicMotion
 from ..run import Run

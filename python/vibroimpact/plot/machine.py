@@ -48,13 +48,14 @@ _CONTACT = {"slide": SLIDE_STYLE, "stick": STICK_STYLE}
 
 
 class Hit(NamedTuple):
-    """An impact: where, impulses on body 1 as parts of the largest, regime, age from 0 to 1."""
+    """An impact: where, impulses as parts of the largest, regime, age from 0 to 1, and when."""
 
     x1: float
     normal: float
     tangential: float
     regime: int
     age: float
+    time: float
 
 
 @naming

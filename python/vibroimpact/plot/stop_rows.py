@@ -1,13 +1,18 @@
-"""The stops of a structure in rows: how far each is from its contact.
+"""The stops of a structure in rows: where what they hold is between them.
 
-A row is a stop: a block at its distance -g from a wall. Each row has a scale of its own, since rows
-of stops may have other units; the number beside it is the largest distance that is shown. Where
-there are more stops than rows, those that are struck most are drawn.
+A row is a coordinate, or another row n of the structure, with all stops whose normals are multiples
+of it: a block at s = n . q, and a wall for each stop. Where there are more rows than fit, those are
+drawn whose stops are struck most.
+
+    contact with stop j:  s = w_j,  w_j = (gap_j + A_j cos(omega t + phase_j)) / c_j,  n_j = c_j n
+
+Each row has a scale of its own, since rows may have other units: from the least to the largest of s
+and w_j that are shown. The numbers beside it are these two.
 """
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,36 +31,117 @@ Array = NDArray[np.float64]
 
 MOST_ROWS: Final = 8
 """The largest number of rows."""
+BLOCK: Final = 0.16
+"""Width of a block, beside a row whose scale is 1."""
 
-# Sizes beside a row of height 1, whose wall is at 1; a track begins at 0.
-_WIDE, _TALL, _WALL, _WALL_TALL = 0.16, 0.4, 0.05, 0.6
+# Sizes beside a row of height 1.
+_TALL, _WALL, _WALL_TALL = 0.4, 0.05, 0.6
 # Heights that are seen at least: a single row is not a poster.
 _LEAST = 3.4
+# Normals that differ by so much of their size are multiples of each other.
+_SAME = 1e-12
 _WORDS = {"closed": "closed", "slide": "slides", "stick": "sticks"}
 
 
-def distances(structure: Structure, time: Array, places: Array) -> Array:
-    """Return the distance -g of each stop from its contact, (k, stops), at least 0.
+class Row(NamedTuple):
+    """A row of the structure with its stops.
 
-    At times (k,) the coordinates are ``places``, (k, N).
+    Attributes
+    ----------
+    normal
+        n, (N,), whose first entry other than 0 is 1.
+    stops
+        Numbers of the stops.
+    factors
+        c of each: > 0 where it is met as s grows, at the right.
     """
-    columns = [
-        stop.gap
-        + stop.amplitude * np.cos(structure.drive_frequency * time + stop.phase)
-        - places @ stop.normal
-        for stop in structure.stops
-    ]
-    gaps: Array = np.array(columns).reshape(-1, len(time)).T
-    return np.maximum(gaps, 0.0)
+
+    normal: Array
+    stops: tuple[int, ...]
+    factors: tuple[float, ...]
 
 
-def struck_most(run: StructureRun) -> list[int]:
-    """Return the stops that have a row, in their order."""
-    count = len(run.system.stops)
+class Places(NamedTuple):
+    """Where the block of a row is, and its walls, in the scale of the row, 0 to 1.
+
+    Attributes
+    ----------
+    row
+        The row, with the stops that are shown.
+    block
+        (k,), at k times.
+    walls
+        (k, stops); without gaps, block and wall are at one place.
+    low, high
+        What 0 and 1 are.
+    """
+
+    row: Row
+    block: Array
+    walls: Array
+    low: float
+    high: float
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Both ends of the scale in words; one of a block that stays at its wall."""
+        low, high = (f"{end:.3g}".replace("-", "\N{MINUS SIGN}") for end in (self.low, self.high))
+        if self.low < self.high:
+            return low, high
+        return ("", high) if self.row.factors[0] > 0.0 else (low, "")
+
+
+def rows_of(structure: Structure) -> list[Row]:
+    """Return the rows of a structure on which stops act, in the order of their stops."""
+    rows: list[Row] = []
+    for number, stop in enumerate(structure.stops):
+        factor = float(stop.normal[np.flatnonzero(stop.normal)[0]])
+        normal = stop.normal / factor
+        size = _SAME * float(np.abs(normal).max())
+        for place, row in enumerate(rows):
+            if np.abs(row.normal - normal).max() <= size:
+                rows[place] = Row(row.normal, (*row.stops, number), (*row.factors, factor))
+                break
+        else:
+            rows.append(Row(normal, (number,), (factor,)))
+    return rows
+
+
+def struck_most(run: StructureRun) -> list[Row]:
+    """Return the rows that are shown, in their order."""
+    rows, count = rows_of(run.system), len(run.system.stops)
     struck = np.zeros(count, dtype=np.int64)
     if count and len(run.impacts):
         struck = np.bincount(run.impacts["stop"], minlength=count)
-    return sorted(np.argsort(-struck, kind="stable")[:MOST_ROWS].tolist())
+    order = np.argsort([-struck[[*row.stops]].sum() for row in rows], kind="stable")
+    return [rows[place] for place in sorted(order[:MOST_ROWS].tolist())]
+
+
+def places_of(structure: Structure, row: Row, time: Array, places: Array) -> Places:
+    """Return what a row shows at times (k,), at which the coordinates are ``places``, (k, N).
+
+    A wall that is so far away that it would hide the motion is left out, but for the nearest one.
+    """
+    s = places @ row.normal
+    levels = []
+    for number, factor in zip(row.stops, row.factors, strict=True):
+        stop = structure.stops[number]
+        phase = structure.drive_frequency * time + stop.phase
+        levels.append((stop.gap + stop.amplitude * np.cos(phase)) / factor)
+        # Rounding does not let a block into a wall.
+        s = np.minimum(s, levels[-1]) if factor > 0.0 else np.maximum(s, levels[-1])
+    away = [float(np.abs(level - s).min()) for level in levels]
+    nearest = int(np.argmin(away))
+    reach = float(np.ptp(np.append(s, levels[nearest])))
+    kept = [j for j in range(len(levels)) if j == nearest or away[j] <= reach]
+    walls = np.column_stack([levels[j] for j in kept])
+    low, high = float(min(s.min(), walls.min())), float(max(s.max(), walls.max()))
+    stops, factors = (tuple(each[j] for j in kept) for each in (row.stops, row.factors))
+    size = high - low or 1.0
+    # What does not move at all stays at the end where its wall is.
+    first = low - size if low == high and factors[0] > 0.0 else low
+    shown = Row(row.normal, stops, factors)
+    return Places(shown, (s - first) / size, (walls - first) / size, low, high)
 
 
 class StopRows:
@@ -77,79 +163,112 @@ class StopRows:
 
     def __init__(self, ax: Axes, run: StructureRun, times: Array, states: Array, flash: float):
         self._ax, self._run, self._times, self._flash = ax, run, times, flash
-        self._stops = struck_most(run)
-        gaps = distances(run.system, times, states[:, 0])[:, self._stops]
-        self._largest = gaps.max(axis=0, initial=0.0)
-        self._gaps = gaps / np.where(self._largest > 0.0, self._largest, 1.0)
+        self._all = len(rows_of(run.system))
+        q = states[:, 0]
+        self._rows = [places_of(run.system, row, times, q) for row in struck_most(run)]
         self._spans = closed_spans(run, (float(times[0]), float(times[-1])))
         self._impacts = run.impacts.view(np.ndarray)
         self.moving: parts.Drawn = []
         self._still()
 
     def _still(self) -> None:
-        """Draw walls, tracks and names, and set the limits of the picture."""
-        ax, count = self._ax, len(self._stops)
+        """Draw tracks, names and walls that stand still, and set the limits of the picture."""
+        ax, count = self._ax, len(self._rows)
+        half, outside = 0.5 * BLOCK, 0.5 * BLOCK + _WALL
         ax.set_axis_off()
-        for row, stop in enumerate(self._stops):
-            ax.plot((-_WIDE, 1.0), (-row, -row), color=parts.BESIDE, lw=0.8, ls=":", zorder=0)
-            corner = (1.0, -row - 0.5 * _WALL_TALL)
-            look: dict[str, Any] = {"fc": "none", "ec": parts.FRAME, "hatch": "////", "lw": 0.0}
-            ax.add_patch(Rectangle(corner, _WALL, _WALL_TALL, **look))
-            ends = (corner[1], corner[1] + _WALL_TALL)
-            ax.plot((1.0, 1.0), ends, color=parts.FRAME, lw=1.1)
-            name = f"stop {stop}:  {row_words(self._run.system.stops[stop].normal)}"
-            ax.text(-_WIDE, 0.27 - row, name, fontsize=8, va="bottom")
-            reach = f"{self._largest[row]:.3g}"
-            ax.text(-_WIDE - 0.02, -row, reach, color="0.4", fontsize=7, ha="right", va="center")
-        more = len(self._run.system.stops) - count
+        for y, shown in enumerate(self._rows):
+            track = (-half, 1.0 + half)
+            ax.plot(track, (-y, -y), color=parts.BESIDE, lw=0.8, ls=":", zorder=0)
+            name = row_words(shown.row.normal)
+            ax.text(0.5, 0.32 - y, name, fontsize=8, va="bottom", ha="center")
+            small: dict[str, Any] = {"fontsize": 7, "color": "0.4", "va": "center"}
+            low, high = shown.ends
+            ax.text(-outside - 0.03, -y, low, ha="right", **small)
+            ax.text(1.0 + outside + 0.03, -y, high, ha="left", **small)
+            for j in range(len(shown.row.stops)):
+                if np.ptp(shown.walls[:, j]) == 0.0:
+                    self._wall(y, j, 0)
+        more = self._all - count
         if more > 0:
             words = f"and {more} more, which are struck less"
-            ax.text(-_WIDE, 0.3 - count, words, color="0.4", fontsize=8)
-        middle, half = -0.5 * (count - 1), 0.5 * max(count + 0.8, _LEAST)
-        ax.set_ylim(middle - half, middle + half)
-        ax.set_xlim(-0.4, 1.1)
+            ax.text(-half, 0.3 - count, words, color="0.4", fontsize=8)
+        middle, tall = -0.5 * (count - 1), 0.5 * max(count + 0.8, _LEAST)
+        ax.set_ylim(middle - tall, middle + tall)
+        ax.set_xlim(-0.42, 1.42)
 
-    def show(self, frame: int) -> str:
-        """Draw a frame in place of the one before; return what happens in words."""
+    def _wall(self, y: int, j: int, frame: int) -> parts.Drawn:
+        """Draw a wall, hatched on its outside, with the number of its stop."""
+        shown = self._rows[y]
+        stop, right = shown.row.stops[j], shown.row.factors[j] > 0.0
+        color = STOPS[stop % len(STOPS)][0]
+        face = float(shown.walls[frame, j]) + (0.5 if right else -0.5) * BLOCK
+        bottom = -y - 0.5 * _WALL_TALL
+        left = face if right else face - _WALL
+        look: dict[str, Any] = {"fc": "none", "ec": parts.FRAME, "hatch": "////", "lw": 0.0}
+        wall = self._ax.add_patch(Rectangle((left, bottom), _WALL, _WALL_TALL, **look))
+        line = self._ax.plot((face, face), (bottom, bottom + _WALL_TALL), color=color, lw=1.6)
+        text = self._ax.text(
+            face + (_WALL if right else -_WALL),
+            0.32 - y,
+            f"stop {stop}",
+            color=color,
+            fontsize=8,
+            va="bottom",
+            ha="right" if right else "left",
+        )
+        return [wall, *line, text]
+
+    def show(self, frame: int) -> tuple[str, float | None]:
+        """Draw a frame in place of the one before; return what happens in words, and since when.
+
+        None stands for the time of the frame.
+        """
         for artist in self.moving:
             artist.remove()
         self.moving = []
         time = float(self._times[frame])
         modes = {each.stop: each.mode for each in self._spans if each.start <= time < each.end}
-        for row, stop in enumerate(self._stops):
-            color = STOPS[stop % len(STOPS)][0]
-            left = 1.0 - float(self._gaps[frame, row]) - _WIDE
-            fill = color if stop in modes else parts.BODY
-            block = Rectangle(
-                (left, -row - 0.5 * _TALL), _WIDE, _TALL, fc=fill, ec=color, lw=1.2, zorder=3
-            )
-            self.moving.append(self._ax.add_patch(block))
-        return self._struck(time, modes) or _said(modes) or ("apart" if self._stops else "no stops")
+        for y, shown in enumerate(self._rows):
+            for j in range(len(shown.row.stops)):
+                if np.ptp(shown.walls[:, j]) > 0.0:
+                    self.moving += self._wall(y, j, frame)
+            closed = [stop for stop in shown.row.stops if stop in modes]
+            fill = STOPS[closed[0] % len(STOPS)][0] if closed else parts.BODY
+            corner = (float(shown.block[frame]) - 0.5 * BLOCK, -y - 0.5 * _TALL)
+            look: dict[str, Any] = {"fc": fill, "ec": parts.FRAME, "lw": 1.2, "zorder": 3}
+            self.moving.append(self._ax.add_patch(Rectangle(corner, BLOCK, _TALL, **look)))
+        said, when = self._struck(frame, modes)
+        if said:
+            return said, when
+        return _said(modes) or ("apart" if self._rows else "no stops"), None
 
-    def _struck(self, time: float, modes: dict[int, Mode]) -> str:
+    def _struck(self, frame: int, modes: dict[int, Mode]) -> tuple[str, float]:
         """Draw the last impact at each stop while it is seen; say which is the last of all."""
         impacts, said, last = self._impacts, "", -np.inf
+        time = float(self._times[frame])
         recent = impacts[(impacts["time"] > time - self._flash) & (impacts["time"] <= time)]
-        for row, stop in enumerate(self._stops):
-            here = recent[recent["stop"] == stop]
-            if not len(here) or stop in modes:
-                continue
-            when, regime = float(here["time"][-1]), int(here["regime"][-1])
-            style = REGIME_STYLES[regime]
-            self.moving += self._ax.plot(
-                1.0,
-                -row,
-                marker=style.marker,
-                color=style.color,
-                alpha=1.0 - 0.75 * (time - when) / self._flash,
-                markersize=9.0,
-                markeredgewidth=0.0,
-                zorder=9,
-            )
-            if when >= last:
-                how = "" if regime == Regime.FRICTIONLESS else f", {style.text}"
-                said, last = f"impact on stop {stop}{how}", when
-        return said
+        for y, shown in enumerate(self._rows):
+            for j, stop in enumerate(shown.row.stops):
+                here = recent[recent["stop"] == stop]
+                if not len(here) or stop in modes:
+                    continue
+                when, regime = float(here["time"][-1]), int(here["regime"][-1])
+                style = REGIME_STYLES[regime]
+                side = 0.5 if shown.row.factors[j] > 0.0 else -0.5
+                self.moving += self._ax.plot(
+                    float(shown.walls[frame, j]) + side * BLOCK,
+                    -y,
+                    marker=style.marker,
+                    color=style.color,
+                    alpha=1.0 - 0.75 * (time - when) / self._flash,
+                    markersize=9.0,
+                    markeredgewidth=0.0,
+                    zorder=9,
+                )
+                if when >= last:
+                    how = "" if regime == Regime.FRICTIONLESS else f", {style.text}"
+                    said, last = f"impact on stop {stop}{how}", when
+        return said, last
 
 
 def _said(modes: dict[int, Mode]) -> str:

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from .. import _core, keyword_types
 from .._core import PARAMETERS
-from ..arguments import axis, count, reject
+from ..arguments import axis, count
 from ..errors import Interrupted, ParameterError
 from ..interruption import interruptible
+from ..made import need_system
 from ..orbits.motion import PeriodicMotion, all_inside, multipliers_of
 from ..orbits.verdict import MAX_EVENTS
 from ..system import System
@@ -79,8 +80,7 @@ def motion_map(
     >>> solutions.shape
     (3,)
     """
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
+    need_system(system)
     n = count("n", n, least=1, most=100_000)
     limits = None if within is None else limits_of(within)
     grid = _grid(dict(parameters))

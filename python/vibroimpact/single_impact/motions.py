@@ -15,6 +15,7 @@ from .._core import Leg, Regime
 from ..arguments import count, number, pair, reject
 from ..errors import Interrupted
 from ..interruption import interruptible
+from ..made import need_system
 from ..orbits.motion import PeriodicMotion
 from ..orbits.shooting import solve_orbit
 from ..orbits.verdict import motion_of
@@ -79,8 +80,7 @@ def periodic_motions(
     >>> [motion.stability for motion in motions if motion.admissible]
     ['unstable', 'unstable', 'stable', 'unstable', 'unstable', 'unstable', 'unstable', 'unstable']
     """
-    if not isinstance(system, System):
-        reject("system", system, "a vibroimpact.System")
+    need_system(system)
     n = count("n", n, least=1, most=100_000)
     check_system(system)
     limits = None if within is None else limits_of(within)

@@ -141,7 +141,7 @@ def checked_axes(
     machine = machine_of(system)
     more = machine.coordinates if starts else ()
     also = f"or an argument of a function that makes the {system._WHAT}"
-    shown = ", ".join((machine.named, *first_of_each(more), also))
+    shown = ", ".join((machine.system._numbers_in_words, *first_of_each(more), also))
     swept(function, axes, [*machine.numbers, *more], exactly=exactly, shown=shown)
     checked = {}
     for name, values in axes.items():

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..arguments import flag, optional_count, threads
 from ..errors import ClusterError, Interrupted
+from ..showing import counted
 from . import cluster
 from .columns import Columns, Memory
 from .ctrl_c import ctrl_c_waits
@@ -118,7 +119,7 @@ def compute(
 
 def _so_far(task: Task, sink: Memory | Store) -> str:
     """Say how much is done."""
-    return f"{sink.done} of {task.grid.size} cells"
+    return f"{sink.done} of {counted(task.grid.size, 'cell')}"
 
 
 def _holds(sink: Memory | Store) -> str:

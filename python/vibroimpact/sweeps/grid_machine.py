@@ -57,8 +57,6 @@ class GridMachine(Protocol):
     @property
     def numbers(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
-    def named(self) -> str: ...  # noqa: D102
-    @property
     def coordinates(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
     def final_state(self) -> Field: ...  # noqa: D102

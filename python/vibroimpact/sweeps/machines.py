@@ -64,7 +64,6 @@ class SystemMachine:
     system: System
 
     numbers = (*PARAMETERS,)
-    named = ", ".join(PARAMETERS)
     coordinates = COORDINATES
     final_state = FINAL
     exponents = 4

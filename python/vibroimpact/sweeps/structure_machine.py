@@ -15,14 +15,12 @@ from numpy.typing import NDArray
 from .. import _core
 from ..by_value import leaves
 from ..errors import StateError
-from ..stop import OF_STOPS
 from ..structure import Structure
 from .fields import Field, RowGroup
 from .grid_machine import START, Array, Ran, Values, unlike, with_coordinates
 
 # The columns of impacts that have N entries, in coordinates of the compiled structure.
 _WIDE = ("q", "v_pre", "v_post")
-_OWN = ("drive_frequency", "phase")
 _PARTS = ("part", "coordinate")
 _NUMBERS = "system_numbers"
 # Combinations of coordinates of a start that are looked at together.
@@ -48,13 +46,7 @@ class StructureMachine:
     @property
     def numbers(self) -> tuple[str, ...]:
         """Drive frequency, phase, and the numbers of all stops or of one."""
-        stops = range(len(self.system.stops))
-        return (*_OWN, *OF_STOPS, *(f"{name}_{stop}" for stop in stops for name in OF_STOPS))
-
-    @property
-    def named(self) -> str:
-        """The numbers in words: there may be many stops."""
-        return ", ".join((*_OWN, *OF_STOPS, *(f"{name}_0 ..." for name in OF_STOPS)))
+        return self.system._numbers_by_name
 
     @property
     def coordinates(self) -> tuple[str, ...]:

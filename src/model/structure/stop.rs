@@ -125,7 +125,8 @@ impl Stop {
             return Err(ParameterError::number("friction", self.friction, allowed));
         }
         if self.normal.iter().all(|&value| value == 0.0) {
-            return Err(ParameterError::new("normal", "zeros", "a number other than 0"));
+            let allowed = "at least one entry other than 0";
+            return Err(ParameterError::new("normal", format!("{count} zeros"), allowed));
         }
         for (what, value) in
             [("gap", self.gap), ("amplitude", self.amplitude), ("phase", self.phase)]

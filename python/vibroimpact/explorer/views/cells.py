@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ...plot.basins import BASIN_COLORS
 from ...plot.labels import LABEL_STYLES, UNRESOLVED, label_codes
+from ...showing import counted
 from ...sweeps import Basins, Chart
 from ..axis import Axis
 from ..machine import Machine
@@ -76,7 +77,10 @@ class CellsView:
             (color, f"{found.label}, {share:.1%}")
             for color, found, share in zip(colors, basins.attractors, basins.shares, strict=True)
         ]
-        key += [(_NO_ATTRACTOR, f"{name}, {number} cells") for name, number in _reasons(basins)]
+        key += [
+            (_NO_ATTRACTOR, f"{name}, {counted(number, 'cell')}")
+            for name, number in _reasons(basins)
+        ]
         self.key.text = parts.keys(key)
         self.paint(palette)
 

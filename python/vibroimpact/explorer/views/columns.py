@@ -44,5 +44,5 @@ def impact_columns(motion: Motion, palette: Palette) -> dict[str, Any]:
         "phase": impacts["phase"] if machine.driven else impacts["time"],
         **machine.hits(motion),
         "u": machine.approach(motion.run),
-        "color": palette.numbers[machine.kinds(impacts)],
+        "color": palette.numbers(stops=machine.by_stop)[machine.kinds(impacts)],
     }

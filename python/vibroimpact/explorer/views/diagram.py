@@ -150,7 +150,8 @@ class DiagramView:
         stopped = int(
             np.count_nonzero(~np.isin(diagram.status, ("completed", "restarted", "rest")))
         )
-        key = [(palette.regime(each), self._machine.kind_words(each)) for each in present]
+        colors = palette.kinds(stops=self._machine.by_stop)
+        key = [(colors[each], self._machine.kind_words(each)) for each in present]
         more = f'<span class="key">{stopped} of {len(diagram.status)} runs stopped early</span>'
         none = "" if len(at) else '<span class="key">no impacts in the last drive periods</span>'
         self._say("regimes", parts.keys(key) + (more if stopped else "") + none)
@@ -203,8 +204,9 @@ class DiagramView:
 
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
+        colors = palette.kinds(stops=self._machine.by_stop)
         for kind, dashes in enumerate(self._points):
-            color = palette.ink if kind == _SECTION else palette.regime(kind)
+            color = palette.ink if kind == _SECTION else colors[kind]
             dashes.glyph.line_color = color
         self.here.line_color = palette.mark
         for line in self._lines:

@@ -13,7 +13,7 @@ import numpy as np
 from bokeh.models import ColumnDataSource, DataRange1d, Label
 from numpy.typing import NDArray
 
-from ...plot.style import BLACK, REGIME_STYLES
+from ...plot.style import BLACK
 from ...run import EventKind
 from ..machine import Machine, Motion
 from ..theme import Palette
@@ -172,7 +172,7 @@ class MachineView(Drawing):
         self._block.glyph.hatch_color = palette.second
         self._arm.glyph.line_color = self._tip.glyph.fill_color = palette.first
         # The impulse of an impact has the colour of its regime.
-        self.playing.tags = [palette.regime(each) for each in REGIME_STYLES]
+        self.playing.tags = palette.kinds(stops=False)
         key = [(palette.first, "body 1"), (palette.second, "body 2")]
         self.heading.text = parts.heading("Machine", key)
 

@@ -96,7 +96,8 @@ class SectionViews:
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
         self._dots.glyph.fill_color = palette.first
-        key = [(palette.regime(each), self._machine.kind_words(each)) for each in self._kinds]
+        colors = palette.kinds(stops=self._machine.by_stop)
+        key = [(colors[each], self._machine.kind_words(each)) for each in self._kinds]
         self.impact_heading.text = parts.heading("Impact section", key)
         none = "" if self._driven else '<span class="key">there is no drive</span>'
         self.stroboscopic_heading.text = parts.heading("Stroboscopic section") + none

@@ -1,8 +1,7 @@
-"""The stops of a structure, drawn and moving: how far each is from its contact.
+"""The stops of a structure, drawn and moving: a row for each coordinate on which stops act.
 
-A row is a stop: a block at its distance -g from a wall. Each row has a scale of its own, since rows
-may have other units; the number beside it is the largest distance of the film. Where there are more
-stops than rows, those that are struck most are drawn.
+Rows, blocks and walls are those of the package's animation (`plot.stop_rows`): a block between the
+walls that are its stops, in a scale of its own, whose ends stand beside it.
 """
 
 from __future__ import annotations
@@ -13,8 +12,8 @@ import numpy as np
 from bokeh.models import ColumnDataSource, Label, Range1d
 from numpy.typing import NDArray
 
-from ...plot.stop_rows import MOST_ROWS, distances, struck_most
-from ...plot.style import BLACK, REGIME_STYLES
+from ...plot.stop_rows import BLOCK, MOST_ROWS, Places, places_of, rows_of, struck_most
+from ...plot.style import BLACK, STOPS
 from ...run import EventKind
 from ...stop import row_words
 from ..machine import Machine, Motion
@@ -23,12 +22,13 @@ from . import parts
 from .columns import Sources
 from .drawing import FADE, Array, Drawing, small
 
-# Columns of a row in the film: distance, and what is seen at the wall.
-_DISTANCE, _STRIKE, _COLOR = "d", "s", "k"
-# Width and height of a block, beside a row of height 1 whose wall is at 1; its track begins at 0.
-_WIDE, _TALL, _WALL = 0.16, 0.5, 0.05
-_LEFT, _RIGHT = -1.0, 1.0 + 2.5 * _WALL
-# What a row shows at the wall: nothing, a stretch of contact, or so much of an impact.
+# Columns of the film: of a row its block, of a wall its place, and what is seen at it.
+_BLOCK, _PLACE, _STRIKE, _COLOR = "d", "w", "s", "k"
+# Height of a block and width of a wall, beside a row of height 1 whose scale is 1.
+_TALL, _WALL = 0.5, 0.05
+_HALF = 0.5 * BLOCK
+_LEFT, _RIGHT = -0.45, 1.45
+# What a wall shows: nothing, a stretch of contact, or so much of an impact.
 _CLOSED, _FULL = 255, 200
 # What is said of a frame: nothing, contact, the regime of an impact.
 _FIRST_REGIME = 4
@@ -46,19 +46,27 @@ _WORDS = (
 )
 _CONTACT = {EventKind.SLIDE_POSITIVE: 2, EventKind.SLIDE_NEGATIVE: 2, EventKind.STICK: 3}
 _DRAW = """
-  const left = [], right = [], alpha = [], y = [], size = [], fade = [], color = []
-  for (let k = 0; k < rows.tags.length; k++) {
-    const d = f["d" + k][i], s = f["s" + k][i]
-    left.push(1 - d - wide)
-    right.push(1 - d)
-    alpha.push(s == closed ? 0.9 : 0.3)
+  const left = [], right = [], alpha = []
+  for (let k = 0; k < blocks.tags[0]; k++) {
+    const d = f["d" + k][i]
+    left.push(d - half)
+    right.push(d + half)
+    alpha.push(0.3)
+  }
+  const x = [], face = [], size = [], fade = [], color = []
+  for (let k = 0; k < walls.tags.length; k++) {
+    const [row, side] = walls.tags[k], s = f["s" + k][i]
+    face.push(f["w" + k][i] + side * half)
+    x.push(face[k] + side * thick)
+    if (s == closed) alpha[row] = 0.9
     const part = s == closed ? 0 : s / full
     size.push(part > 0 ? 8 + 30 * (1 - part) : 0)
     fade.push(part)
     color.push(playing.tags[f["k" + k][i]])
   }
   put(blocks, {left, right, alpha})
-  put(rings, {size, alpha: fade, color})
+  put(walls, {x, face})
+  put(rings, {x: face, size, alpha: fade, color})
   const text = f.which[i] < 0 ? "" : `stop ${f.which[i]}: ${words[f.says[i]]}`
   if (says.text != text) says.text = text
 """
@@ -71,39 +79,30 @@ class StopsView(Drawing):
 
     def __init__(self, machine: Machine, sources: Sources) -> None:
         super().__init__(machine, sources)
-        count = min(len(machine.system.stops), MOST_ROWS)
+        self._all = len(rows_of(machine.system))
+        count = min(self._all, MOST_ROWS)
         middles = [-float(row) for row in range(count)]
-        self._rows = ColumnDataSource(
-            data={
-                "y": middles,
-                "name": [""] * count,
-                "reach": [""] * count,
-                "x": [1.0 + 0.5 * _WALL] * count,
-            },
-            name="rows",
-        )
+        empty = {name: [""] * count for name in ("name", "low", "high")}
+        self._rows = ColumnDataSource(data={"y": middles, **empty}, name="rows")
         self._blocks = ColumnDataSource(
             data={
-                "left": [0.0] * count,
-                "right": [_WIDE] * count,
+                "left": [-_HALF] * count,
+                "right": [_HALF] * count,
                 "bottom": [y - 0.5 * _TALL for y in middles],
                 "top": [y + 0.5 * _TALL for y in middles],
                 "alpha": [0.3] * count,
             },
             name="blocks",
+            tags=[0],
         )
-        self._rings = ColumnDataSource(
-            data={
-                "x": [1.0] * count,
-                "y": middles,
-                "size": [0.0] * count,
-                "alpha": [0.0] * count,
-                "color": [BLACK] * count,
-            }
-        )
-        self._draw(machine, count)
+        columns = ("x", "face", "y", "low", "high", "name", "color")
+        self._walls = ColumnDataSource(data={name: [] for name in columns}, name="walls")
+        rings = ("x", "y", "size", "alpha", "color")
+        self._rings = ColumnDataSource(data={name: [] for name in rings})
+        self._by_stop = machine.by_stop
+        self._draw(count)
 
-    def _draw(self, machine: Machine, count: int) -> None:
+    def _draw(self, count: int) -> None:
         rows = max(count, 1)
         self.figure = parts.plain(
             "machine",
@@ -113,16 +112,19 @@ class StopsView(Drawing):
         self.figure.axis.visible = False
         self.figure.grid.visible = False
         self._tracks = self.figure.segment(
-            -_WIDE, "y", 1.0, "y", source=self._rows, line_width=1.0, line_dash=[2, 3]
+            -_HALF, "y", 1.0 + _HALF, "y", source=self._rows, line_width=1.0, line_dash=[2, 3]
         )
-        self._walls = self.figure.rect(
+        self._hatched = self.figure.rect(
             "x",
             "y",
             width=_WALL,
-            height=0.8,
-            source=self._rows,
+            height=0.7,
+            source=self._walls,
             hatch_pattern="right_diagonal_line",
             line_color=None,
+        )
+        self.figure.segment(
+            "face", "low", "face", "high", source=self._walls, line_color="color", line_width=2.5
         )
         self._block = self.figure.quad(
             "left",
@@ -142,76 +144,105 @@ class StopsView(Drawing):
             fill_color=None,
         )
         self._wave.glyph.line_alpha = "alpha"
-        self._names = self.figure.text(
-            x=_LEFT, y="y", text="name", source=self._rows, text_baseline="middle"
-        )
-        self._names.glyph.text_font_size = "12px"
-        self._reach = self.figure.text(
-            *(-_WIDE - 0.03, "y"),
-            text="reach",
-            source=self._rows,
-            text_align="right",
-            text_baseline="middle",
-        )
-        self._reach.glyph.text_font_size = "11px"
+        middle = {"text_baseline": "middle", "source": self._rows}
+        self._ends = [
+            self.figure.text(x, "y", text=name, text_align=align, **middle)
+            for x, name, align in (
+                (-_HALF - _WALL - 0.03, "low", "right"),
+                (1.0 + _HALF + _WALL + 0.03, "high", "left"),
+            )
+        ]
+        above: dict[str, Any] = {"text_baseline": "bottom", "text_align": "center"}
+        self._names = [
+            self.figure.text(0.5, "y", text="name", source=self._rows, y_offset=-18, **above),
+            self.figure.text("x", "high", text="name", source=self._walls, y_offset=-2, **above),
+        ]
+        for text in (*self._ends, *self._names):
+            text.glyph.text_font_size = "11px"
         self.says = Label(x=8, y=4, x_units="screen", y_units="screen", text="", name="says")
         self.says.text_font_size = "13px"
         self.figure.add_layout(self.says)
-        self._all = len(machine.system.stops)
 
     def models(self) -> dict[str, Any]:
         """Return what moves, and what is said."""
         return {
-            "rows": self._rows,
             "blocks": self._blocks,
+            "walls": self._walls,
             "rings": self._rings,
             "says": self.says,
             "words": _WORDS,
-            "wide": _WIDE,
+            "half": _HALF,
+            "thick": 0.5 * _WALL,
             "closed": _CLOSED,
             "full": _FULL,
         }
 
     def show(self, motion: Motion, palette: Palette) -> None:
         """Draw the stops of a motion, and give the page its film."""
-        stops = motion.machine.system.stops
-        drawn = struck_most(motion.run)
-        film: dict[str, Any] = {}
-        reach = []
-        gaps = distances(motion.machine.system, motion.time, motion.states[:, 0])
+        structure, q = motion.machine.system, motion.states[:, 0]
+        rows = [places_of(structure, row, motion.time, q) for row in struck_most(motion.run)]
         strikes = _Strikes(motion)
-        for row, stop in enumerate(drawn):
-            largest = float(gaps[:, stop].max()) or 1.0
-            reach.append(f"{largest:.3g}")
-            film |= small({f"{_DISTANCE}{row}": gaps[:, stop] / largest})
-            film |= {
-                f"{_STRIKE}{row}": strikes.seen[:, stop],
-                f"{_COLOR}{row}": strikes.kinds[:, stop],
-            }
-        names = [f"stop {stop}:  {row_words(stops[stop].normal)}" for stop in drawn]
-        self._rows.data = {**self._rows.data, "name": names, "reach": reach}
-        # The player asks for the number of rows.
-        self._rows.tags = drawn
+        film: dict[str, Any] = small({f"{_BLOCK}{y}": row.block for y, row in enumerate(rows)})
+        walls = _walls_of(rows)
+        for k, (y, j, stop, _) in enumerate(walls):
+            film |= small({f"{_PLACE}{k}": rows[y].walls[:, j]})
+            film[f"{_STRIKE}{k}"] = strikes.seen[:, stop]
+            film[f"{_COLOR}{k}"] = strikes.kinds[:, stop]
+        ends = [row.ends for row in rows]
+        self._rows.data = {
+            **self._rows.data,
+            "name": [row_words(row.row.normal) for row in rows],
+            "low": [low for low, _ in ends],
+            "high": [high for _, high in ends],
+        }
+        faces = [float(rows[y].walls[0, j]) + side * _HALF for y, j, _, side in walls]
+        heights = [-float(y) for y, _, _, _ in walls]
+        self._walls.data = {
+            "x": [face + 0.5 * side * _WALL for face, (*_, side) in zip(faces, walls, strict=True)],
+            "face": faces,
+            "y": heights,
+            "low": [y - 0.35 for y in heights],
+            "high": [y + 0.35 for y in heights],
+            "name": [f"stop {stop}" for _, _, stop, _ in walls],
+            "color": [STOPS[stop % len(STOPS)][0] for _, _, stop, _ in walls],
+        }
+        if len(self._rings.data["x"]) != len(walls):
+            size = len(walls)
+            none = {"size": [0.0] * size, "alpha": [0.0] * size, "color": [BLACK] * size}
+            self._rings.data = {"x": faces, "y": heights, **none}
+        # The player asks for the rows, and for row and side of each wall.
+        self._blocks.tags = [len(rows)]
+        self._walls.tags = [[y, side] for y, _, _, side in walls]
         self.paint(palette)
         self.film.data = motion.samples | film | {"which": strikes.which, "says": strikes.says}
 
     def paint(self, palette: Palette) -> None:
         """Use the colours of a palette."""
         self._tracks.glyph.line_color = palette.muted
-        self._walls.glyph.fill_color = palette.line
-        self._walls.glyph.hatch_color = palette.muted
+        self._hatched.glyph.fill_color = palette.line
+        self._hatched.glyph.hatch_color = palette.muted
         self._block.glyph.line_color = self._block.glyph.fill_color = palette.first
-        self._names.glyph.text_color = palette.ink
-        self._reach.glyph.text_color = palette.muted
-        self.playing.tags = [palette.regime(each) for each in REGIME_STYLES]
+        for text in self._names:
+            text.glyph.text_color = palette.ink
+        for text in self._ends:
+            text.glyph.text_color = palette.muted
+        self.playing.tags = palette.kinds(stops=self._by_stop)
         few = (
             f": the {MOST_ROWS} of {self._all} that are struck most"
             if self._all > MOST_ROWS
             else ""
         )
-        words = f"Distance from the stops{few}"
-        hint = '<span class="key">number: the largest</span>' if self._all else ""
-        self.heading.text = parts.heading(words) + hint
+        hint = '<span class="key">numbers: the ends of each scale</span>' if self._all else ""
+        self.heading.text = parts.heading(f"Between the stops{few}") + hint
+
+
+def _walls_of(rows: list[Places]) -> list[tuple[int, int, int, int]]:
+    """Return row, place in it, stop and side, 1 at the right or -1, of each wall."""
+    return [
+        (y, j, stop, 1 if shown.row.factors[j] > 0.0 else -1)
+        for y, shown in enumerate(rows)
+        for j, stop in enumerate(shown.row.stops)
+    ]
 
 
 class _Strikes:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...arguments import array_of, count, reject
 from ...interruption import interruptible
+from ...showing import counted
 
 Labels = NDArray[np.integer]
 
@@ -96,6 +97,17 @@ class BasinEntropy:
     boxes: int
     boundary_boxes: int
     box: int
+
+    def __repr__(self) -> str:
+        """Both entropies, and how many boxes they are of."""
+        where = "no boundary"
+        if self.boundary_boxes:
+            error = f" +- {self.boundary_error:.3f}" if self.boundary_boxes > 1 else ""
+            where = f"on the boundary {self.boundary_entropy:.3f}{error}"
+        boxes = f"{self.boundary_boxes} of {counted(self.boxes, 'box')}"
+        return (
+            f"<BasinEntropy {self.entropy:.3f}, {where}, {boxes} of {self.box} x {self.box} cells>"
+        )
 
     @property
     def fractal(self) -> bool:

@@ -16,7 +16,7 @@ from ...fixed_arrays import FixedArrays
 from ...interruption import interruptible
 from ...run import read_only
 from ...scales import COLUMN_UNITS, Units
-from ...showing import Facts, Shown
+from ...showing import Facts, Shown, counted
 from ...tables import frame
 from ...verbs import verb
 from ..columns import axis_attributes, need_xarray
@@ -113,8 +113,13 @@ class Basins(FixedArrays, Shown):
             f"{attractor.label} {share:.1%}"
             for attractor, share in zip(self.attractors, self.shares, strict=True)
         ]
-        parts += [f"{name} in {number} cells" for name, number in self.reasons.items()]
+        parts += self._without
         return f"<Basins over {axes}: {', '.join(parts) or 'nothing'}>"
+
+    @property
+    def _without(self) -> list[str]:
+        """In words, how many cells have no attractor, and why."""
+        return [f"{name} in {counted(number, 'cell')}" for name, number in self.reasons.items()]
 
     @cached_property
     def shares(self) -> NDArray[np.float64]:
@@ -280,8 +285,7 @@ class Basins(FixedArrays, Shown):
         for number, attractor in enumerate(self.attractors):
             facts[f"attractor {number}"] = f"{attractor.label}: {self.shares[number]:.1%}"
         if self.reasons:
-            without = (f"{name} in {number} cells" for name, number in self.reasons.items())
-            facts["without attractor"] = ", ".join(without)
+            facts["without attractor"] = ", ".join(self._without)
         return facts
 
     def to_xarray(self) -> xarray.Dataset:

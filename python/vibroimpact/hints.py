@@ -1,0 +1,96 @@
+"""Hints for unknown names: what was meant by a name from the theory or from another package."""
+
+import re
+from collections.abc import Iterable
+
+from ._core import PARAMETERS
+
+# What else people call an argument: the symbols of the theory (M1, omega ...; notation page),
+# and names of other packages. Where several are given, the first that the call knows is meant.
+_OTHER_NAMES: dict[str, tuple[str, ...]] = {
+    **{parameter.symbol: (name,) for name, parameter in PARAMETERS.items()},
+    **{"M1": ("pendulum_mass",), "M2": ("oscillator_mass",), "l": ("length",), "L": ("length",)},
+    **{"K1": ("torsional_stiffness",), "K2": ("stiffness",), "k": ("stiffness",)},
+    **{"C1": ("torsional_damping",), "C2": ("damping",), "c": ("damping",)},
+    **{"f10": ("moment_amplitude",), "f20": ("force_amplitude",), "Delta": ("gap",)},
+    **{"C10": ("static_moment",), "F20": ("static_force",)},
+    **{"Omega": ("drive_frequency",), "frequency": ("drive_frequency",), "e": ("restitution",)},
+    **{"M": ("mass",), "K": ("stiffness",), "C": ("damping",), "F": ("drive_amplitude",)},
+    **dict.fromkeys(("zeta", "zetas"), ("damping_ratios", "damping", "pendulum_damping")),
+    **dict.fromkeys(("x0", "y0", "X0", "state", "start", "initial_state", "ic"), ("initial",)),
+    **dict.fromkeys(("duration", "t_end", "tmax", "t_max", "T"), ("time", "periods")),
+    **dict.fromkeys(("cycles", "n_periods", "steps"), ("periods",)),
+    **dict.fromkeys(("threads", "n_jobs", "cores"), ("workers",)),
+    **dict.fromkeys(("tolerance", "tol", "atol"), ("chatter_tolerance",)),
+    **{"x": ("x1", "q_0"), "q": ("q_0",), "v": ("v1", "v_0")},
+    **{"x1": ("q_0",), "x2": ("q_1",), "v1": ("v_0",), "v2": ("v_1",)},
+}
+
+
+# The same of names with a number: the velocity of a state, those before and after an impact.
+_OTHER_PARTS = {"v": "v_pre", "v_pre": "v", "v_post": "v", "x": "q", "u": "q"}
+_NUMBERED = re.compile(r"(.+)(_\d+)")
+
+
+def closest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is meant by an unknown one, None if none is close."""
+    import difflib  # here, to keep the import of the package light
+
+    names = [*known]
+    others = [*_OTHER_NAMES.get(name, ()), f"{name}_0"]
+    if match := _NUMBERED.fullmatch(name):
+        others.append(f"{_OTHER_PARTS.get(match[1])}{match[2]}")
+    meant = [other for other in others if other in names]
+    close = meant or difflib.get_close_matches(name, names, n=1)
+    return close[0] if close else None
+
+
+def close_to(name: str, known: Iterable[str]) -> str:
+    """Return a hint for the error about an unknown name: the known name that is meant by it."""
+    meant = closest(name, known)
+    return f", did you mean {meant}?" if meant else ""
+
+
+# What the verbs of other packages are called here.
+_OTHER_VERBS: dict[str, str] = {
+    **dict.fromkeys(("solve", "solve_ivp", "integrate"), "simulate"),
+    **dict.fromkeys(("poincare", "poincare_section"), "plot.impact_section or plot.stroboscopic"),
+    **dict.fromkeys(("lyapunov", "lyapunov_exponents"), "lyapunov_spectrum"),
+    **dict.fromkeys(("basins_of_attraction", "attractors"), "basins"),
+    **dict.fromkeys(("follow", "continue_motion"), "follow_motion"),
+    **dict.fromkeys(("find_periodic_orbit", "periodic_orbit", "orbit"), "periodic_motion"),
+    **dict.fromkeys(("animate", "animation"), "plot.animation, or run.animate()"),
+    **dict.fromkeys(("bifurcation", "diagram"), "bifurcation_diagram"),
+    **dict.fromkeys(("ImpactOscillator", "Oscillator", "BouncingBall", "Parameters"), "System"),
+}
+
+
+def meant_in_package(name: str, public: Iterable[str]) -> str:
+    """Return a hint for the error about a name that the package does not have."""
+    if name in _OTHER_VERBS:
+        return f", did you mean {_OTHER_VERBS[name]}?"
+    return close_to(name, public)
+
+
+# What attributes of results are called elsewhere; the first that an object has is meant.
+_OTHER_ATTRIBUTES: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("t", "times", "y", "q", "v", "x"), ("trajectory",)),
+    "states": ("trajectory", "final_states"),
+    **dict.fromkeys(("eigenvalues", "floquet_multipliers"), ("multipliers",)),
+    "to_csv": ("to_pandas",),
+    "at": ("run",),
+    "poincare": ("stroboscopic",),
+    "energy": ("energy_audit",),
+    **dict.fromkeys(("lyapunov", "lyapunov_exponent"), ("largest_exponent", "largest")),
+}
+# How they are written, where the name alone does not say it.
+_IN_FULL = {"trajectory": "trajectory(times)", "to_pandas": "to_pandas().to_csv(path)"}
+
+
+def meant_of_object(name: str, known: Iterable[str]) -> str:
+    """Return a hint for the error about an attribute that an object does not have."""
+    names = [other for other in known if other[:1] != "_"]
+    for meant in _OTHER_ATTRIBUTES.get(name, ()):
+        if meant in names:
+            return f", did you mean {_IN_FULL.get(meant, meant)}?"
+    return close_to(name, names)
