@@ -136,7 +136,7 @@ def places_of(structure: Structure, row: Row, time: Array, places: Array) -> Pla
     kept = [j for j in range(len(levels)) if j == nearest or away[j] <= reach]
     walls = np.column_stack([levels[j] for j in kept])
     low, high = float(min(s.min(), walls.min())), float(max(s.max(), walls.max()))
-    stops, factors = (tuple(each[j] for j in kept) for each in (row.stops, row.factors))
+    stops, factors = tuple(row.stops[j] for j in kept), tuple(row.factors[j] for j in kept)
     size = high - low or 1.0
     # What does not move at all stays at the end where its wall is.
     first = low - size if low == high and factors[0] > 0.0 else low

@@ -24,8 +24,12 @@ from .drawing import FADE, Array, Drawing, small
 
 # Columns of the film: of a row its block, of a wall its place, and what is seen at it.
 _BLOCK, _PLACE, _STRIKE, _COLOR = "d", "w", "s", "k"
-# Height of a block and width of a wall, beside a row of height 1 whose scale is 1.
-_TALL, _WALL = 0.5, 0.05
+# Width of a wall, beside a row whose scale is 1.
+_WALL = 0.05
+# Heights of a block and a wall, beside a row of height 1, and the size of text: of more rows than
+# these text needs a larger part.
+_FEW_ROWS = 4
+_FEW, _MANY = (0.5, 0.7, "11px"), (0.36, 0.46, "9px")
 _HALF = 0.5 * BLOCK
 _LEFT, _RIGHT = -0.45, 1.45
 # What a wall shows: nothing, a stretch of contact, or so much of an impact.
@@ -82,14 +86,16 @@ class StopsView(Drawing):
         self._all = len(rows_of(machine.system))
         count = min(self._all, MOST_ROWS)
         middles = [-float(row) for row in range(count)]
+        self._tall, self._wall_tall, self._size = _FEW if count <= _FEW_ROWS else _MANY
         empty = {name: [""] * count for name in ("name", "low", "high")}
-        self._rows = ColumnDataSource(data={"y": middles, **empty}, name="rows")
+        tops = [y + 0.5 * self._tall for y in middles]
+        self._rows = ColumnDataSource(data={"y": middles, "top": tops, **empty}, name="rows")
         self._blocks = ColumnDataSource(
             data={
                 "left": [-_HALF] * count,
                 "right": [_HALF] * count,
-                "bottom": [y - 0.5 * _TALL for y in middles],
-                "top": [y + 0.5 * _TALL for y in middles],
+                "bottom": [y - 0.5 * self._tall for y in middles],
+                "top": tops,
                 "alpha": [0.3] * count,
             },
             name="blocks",
@@ -118,7 +124,7 @@ class StopsView(Drawing):
             "x",
             "y",
             width=_WALL,
-            height=0.7,
+            height=self._wall_tall,
             source=self._walls,
             hatch_pattern="right_diagonal_line",
             line_color=None,
@@ -152,13 +158,13 @@ class StopsView(Drawing):
                 (1.0 + _HALF + _WALL + 0.03, "high", "left"),
             )
         ]
-        above: dict[str, Any] = {"text_baseline": "bottom", "text_align": "center"}
+        above: dict[str, Any] = {"text_baseline": "bottom", "text_align": "center", "y_offset": -1}
         self._names = [
-            self.figure.text(0.5, "y", text="name", source=self._rows, y_offset=-18, **above),
-            self.figure.text("x", "high", text="name", source=self._walls, y_offset=-2, **above),
+            self.figure.text(0.5, "top", text="name", source=self._rows, **above),
+            self.figure.text("x", "high", text="name", source=self._walls, **above),
         ]
         for text in (*self._ends, *self._names):
-            text.glyph.text_font_size = "11px"
+            text.glyph.text_font_size = self._size
         self.says = Label(x=8, y=4, x_units="screen", y_units="screen", text="", name="says")
         self.says.text_font_size = "13px"
         self.figure.add_layout(self.says)
@@ -201,8 +207,8 @@ class StopsView(Drawing):
             "x": [face + 0.5 * side * _WALL for face, (*_, side) in zip(faces, walls, strict=True)],
             "face": faces,
             "y": heights,
-            "low": [y - 0.35 for y in heights],
-            "high": [y + 0.35 for y in heights],
+            "low": [y - 0.5 * self._wall_tall for y in heights],
+            "high": [y + 0.5 * self._wall_tall for y in heights],
             "name": [f"stop {stop}" for _, _, stop, _ in walls],
             "color": [STOPS[stop % len(STOPS)][0] for _, _, stop, _ in walls],
         }
