@@ -118,6 +118,7 @@ TAKES: dict[str, set[str]] = {
     "python's true or false": {"true"},
     "law": {"word"},
     "a word of a list": set(),
+    "words of a list": {"list of nothing"},
     "object": set(),
     "object or none": {"none"},
     "state": {"state", "state of float16"},

@@ -84,6 +84,7 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
                 **steps,
                 "both": "python's true or false",
                 "direction": "a word of a list",
+                "stop_at": "words of a list",
                 "virtual": "python's true or false",
                 "drive_frequency": "range",
             },

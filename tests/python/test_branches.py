@@ -81,6 +81,38 @@ def test_places_depend_on_no_start_steps_or_direction(case, step, max_step):
         assert_same_events(events(branch), sorted(events(ways[0]) + events(ways[1])))
 
 
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("one_one", "saddle_node"),
+        ("one_one", "period_doubling"),
+        ("one_one", "neimark_sacker"),
+        ("four_five", "grazing"),
+        ("slides_and_sticks", "contact_border"),
+        ("newton", "regime_border"),
+    ],
+)
+def test_a_branch_stops_at_the_first_bifurcation_of_a_kind_each_way(name, kind):
+    _, ranges = CASES[name]
+    found = 0
+    for way in (1, -1):
+        options = {"both": False, "direction": way, **ranges}
+        whole = vi.follow_motion(motion_of_case(name), **options)
+        part = vi.follow_motion(motion_of_case(name), stop_at=kind, **options)
+        kinds = [str(each.kind) for each in whole.bifurcations]
+        if kind not in kinds:
+            assert part.ends == whole.ends
+            continue
+        found += 1
+        known = whole.bifurcations[: kinds.index(kind) + 1]
+        assert (part.ends, part.why_not) == (("start", kind), ("", ""))
+        assert_same_events(events(part), sorted((each.kind, each.value) for each in known
+                                                if each.kind != "neutral_saddle"))  # fmt: skip
+        assert part.values[-1] == part.bifurcations[-1].value
+        assert part.bifurcations[-1].goes_on == known[-1].goes_on
+    assert found
+
+
 def test_both_directions_in_one_call_are_the_whole():
     branch = branch_of("force")
     piece = max(branch.pieces, key=lambda piece: len(piece.values))

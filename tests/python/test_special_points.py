@@ -183,19 +183,31 @@ def test_a_branch_point_is_passed_with_steps_of_any_size_from_anywhere(seed):
     assert abs(point.other[2]) < 1e-8 * np.linalg.norm(point.other)
 
 
-@pytest.mark.parametrize("noise", [0.0, 1e-10, -1e-10, 1e-8, -1e-8])
-def test_the_extremum_at_a_pitchfork_is_no_fold_of_the_branch_that_leaves(noise):
-    problem = bent_pitchfork()
-    u, _ = solve(problem, [-0.3 * math.sin(-0.4), 0.0], -0.4)
-    (point,) = follow(problem, u, -0.4, bounds=(-1, 0.5)).special
-    tangent = point.other + np.array([0.0, 0.0, noise])
-    for way in (1, -1):
-        for step in (1e-4, 0.01, 0.1):
+@pytest.mark.parametrize("noise", [0.0, 1e-10, -1e-10, 1e-8, -1e-8, 1e-7, -1e-7])
+@pytest.mark.parametrize("step", [1e-6, 1e-3, 0.05])
+def test_the_extremum_at_a_pitchfork_is_no_fold_where_a_closed_branch_begins(noise, step):
+    # x (x^2 + p^2 - 1) = 0: a circle, which the line x = 0 crosses at p = -1 and p = 1.
+    ring = Equations(
+        lambda u, p: (
+            [u[0] * (u[0] ** 2 + p**2 - 1)],
+            [[3 * u[0] ** 2 + p**2 - 1, 2 * u[0] * p]],
+        )
+    )
+    for start in (-1.0, 1.0):
+        for way in (1, -1):
             path = follow(
-                problem, point.u, point.p, tangent=tangent, direction=way, step=step, bounds=(-1, 1)
+                ring,
+                [0.0],
+                start,
+                bounds=(-2, 2),
+                tangent=[1.0, noise],
+                direction=way,
+                step=step,
+                max_step=0.1,
             )
-            assert (path.end, kinds(path)) == ("bound", [])
-            assert path.p[-1, 0] == 1.0
+            # The directions of branches are good to 1e-9, so that dp/ds begins with such a noise.
+            assert (path.end, kinds(path)) == ("closed", ["branch_point"])
+            assert path.special[0].p[0] == pytest.approx(-start, abs=1e-12)
 
 
 @pytest.mark.parametrize("miss", [1e-9, 1e-6, 1e-3])

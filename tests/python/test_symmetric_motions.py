@@ -9,6 +9,7 @@ import pytest
 import vibroimpact as vi
 from branch_cases import PAPER, settled
 from struck import MIRRORED, REST
+from vibroimpact.orbits.mirror import is_mirror_image
 
 WIDE = {"drive_frequency": (0.9, 1.9)}
 
@@ -196,25 +197,117 @@ def ring():
 
 @pytest.mark.parametrize("number", [0, 1])
 @pytest.mark.parametrize("max_step", [0.01, 0.05, 0.07, 0.2])
-def test_a_branch_that_comes_back_to_its_branch_point_is_closed(number, max_step):
+def test_sides_that_end_at_one_branch_point_are_a_closed_branch(number, max_step):
     ranges = {"drive_frequency": (0.91, 1.48)}
     points = ring().follow(**ranges).of_kind("branch_point")
     assert len(points) == 2
     known = sorted(point.value for point in points)
-    for options in ({}, {"both": False}, {"both": False, "direction": -1}):
-        closed = vi.switch_branch(points[number], max_step=max_step, **options, **ranges)
-        assert closed.ends[1] == "closed"
-        assert [str(each.kind) for each in closed.bifurcations] == ["branch_point"] * 2
-        values = sorted(each.value for each in closed.bifurcations)
-        assert values == pytest.approx(known, abs=1e-12)
-        # Both mirror images are on it.
-        one, image = closed.at(0.97)
-        later = image.trajectory(one.system.drive_period * np.array([0.2, 0.7]))
-        assert one.trajectory(one.system.drive_period * np.array([0.7, 0.2]))[:, 0] == (
-            pytest.approx(-later[:, 0], abs=1e-9)
+    closed = vi.switch_branch(points[number], max_step=max_step, **ranges)
+    assert closed.ends == ("closed", "closed")
+    assert [str(each.kind) for each in closed.bifurcations] == ["branch_point"] * 2
+    assert sorted(each.value for each in closed.bifurcations) == pytest.approx(known, abs=1e-12)
+    # Both mirror images are on it, each half of it has one.
+    one, image = closed.at(0.97)
+    assert is_mirror_image(one, image)
+    assert one.stable
+    assert image.stable
+    for way in (1, -1):
+        side = vi.switch_branch(
+            points[number], both=False, direction=way, max_step=max_step, **ranges
         )
-        assert one.stable
-        assert image.stable
+        assert side.ends == ("start", "mirror image")
+        assert "closes onto its mirror image" in side.why_not[1]
+        (end,) = side.bifurcations
+        assert end.value == pytest.approx(known[1 - number], abs=1e-12)
+        assert len(side.at(0.97)) == 1
+
+
+@pytest.mark.parametrize("max_step", [0.01, 0.05, 0.2])
+def test_a_motion_without_symmetry_is_followed_from_one_branch_point_to_the_other(max_step):
+    ranges = {"drive_frequency": (0.91, 1.48)}
+    points = ring().follow(**ranges).of_kind("branch_point")
+    (start,) = vi.switch_branch(points[0], both=False, **ranges).at(0.97)
+    branch = start.follow(max_step=max_step, **ranges)
+    assert branch.ends == ("mirror image", "mirror image")
+    values = [each.value for each in branch.bifurcations]
+    assert values == pytest.approx(sorted(point.value for point in points), abs=1e-12)
+    assert len(branch.at(0.97)) == 1
+
+
+@functools.cache
+def long_sides(max_step=0.05):
+    """The sides of the second branch point, which end at a third one beyond the usual range."""
+    point = symmetric().of_kind("branch_point")[1]
+    return [
+        vi.switch_branch(
+            point, both=False, direction=way, max_step=max_step, drive_frequency=(0.9, 3.0)
+        )
+        for way in (1, -1)
+    ]
+
+
+@pytest.mark.parametrize("max_step", [0.02, 0.05, 0.3])
+def test_a_side_ends_at_the_branch_point_beyond_which_its_image_follows(max_step):
+    kinds = ["grazing", "period_doubling", "neimark_sacker", "neutral_saddle", "grazing",
+             "branch_point"]  # fmt: skip
+    for side in long_sides(max_step):
+        assert side.ends == ("start", "mirror image")
+        assert [str(each.kind) for each in side.bifurcations] == kinds
+        values = [each.value for each in side.bifurcations]
+        assert len(set(np.round(values, 9))) == len(values)
+        assert side.images == (None,) * len(kinds)
+        assert side.bifurcations[-1].branching == "symmetry-breaking pitchfork"
+    one, image = (side.at(2.2) for side in long_sides(max_step))
+    assert len(one) == len(image) == 1
+    assert is_mirror_image(one[0], image[0])
+
+
+def test_both_sides_say_which_bifurcation_is_the_image_of_which():
+    point = symmetric().of_kind("branch_point")[0]
+    both = vi.switch_branch(point, **WIDE)
+    count = len(sides(0)[0].bifurcations)
+    assert len(both.bifurcations) == 2 * count + 1
+    # In order along the branch: one side backwards, the point, the other side.
+    assert both.images == (None,) * (count + 1) + tuple(range(count))[::-1]
+    assert both._facts()[f"bifurcation {count + 2}"].endswith(
+        f"mirror image of bifurcation {count}"
+    )
+
+
+# Where a branch is told to stop
+
+
+@pytest.mark.parametrize("kind", ["branch_point", "period_doubling", "saddle_node", "grazing"])
+def test_a_branch_stops_at_the_first_bifurcation_of_a_kind(kind):
+    point = symmetric().of_kind("branch_point")[1 if kind == "branch_point" else 0]
+    options = {"both": False, "drive_frequency": (0.9, 3.0)}
+    whole = vi.switch_branch(point, **options)
+    part = vi.switch_branch(point, stop_at=kind, **options)
+    assert part.ends == ("start", kind)
+    assert part.why_not == ("", "")
+    first = [str(each.kind) for each in whole.bifurcations].index(kind)
+    known = [(str(each.kind), each.value) for each in whole.bifurcations[: first + 1]]
+    assert [str(each.kind) for each in part.bifurcations] == [name for name, _ in known]
+    assert [each.value for each in part.bifurcations] == pytest.approx(
+        [value for _, value in known], abs=1e-12
+    )
+    assert part.values[-1] == part.bifurcations[-1].value
+    assert part.bifurcations[-1].goes_on == whole.bifurcations[first].goes_on
+
+
+def test_a_branch_stops_at_the_first_of_several_kinds_both_ways():
+    branch = symmetric_motion().follow(**WIDE, stop_at=["grazing", "branch_point"])
+    assert branch.ends == ("branch_point", "branch_point")
+    assert [each.value for each in branch.bifurcations] == pytest.approx(
+        [each.value for each in symmetric().of_kind("branch_point")], abs=1e-13
+    )
+    assert branch.values[[0, -1]].tolist() == [each.value for each in branch.bifurcations]
+
+
+@pytest.mark.parametrize("wrong", ["branch point", "cusp", ["grazing", 1], 3, None])
+def test_kinds_at_which_no_branch_stops_are_refused(wrong):
+    with pytest.raises(vi.ParameterError, match=r"stop_at = .* one or several of saddle_node"):
+        symmetric_motion().follow(**WIDE, stop_at=wrong)
 
 
 @pytest.mark.parametrize(("number", "omega", "label"), [

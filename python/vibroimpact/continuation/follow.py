@@ -36,7 +36,7 @@ from ..errors import ParameterError
 from .branching import directions
 from .names import OwnTest
 from .newton import Array, NewtonReport, OutsideDomain, Problem, parameters_of, sizes_of, solve
-from .path import Path, Point, SpecialPoint
+from .path import Path, Point, SpecialPoint, StopAt
 from .tracing import Steps, start_point, trace
 
 __all__ = [
@@ -125,7 +125,7 @@ def follow(
     max_step: float = 0.1,
     max_points: int = 1000,
     max_angle: float = 0.3,
-    stop_at: Collection[str] = (),
+    stop_at: StopAt = (),
     first: Collection[str] = (),
     classify: Classify | None = None,
 ) -> Path:
@@ -153,7 +153,7 @@ def follow(
     max_angle
         Largest angle between successive tangents, in radians; steps aim at a third of it.
     stop_at
-        Kinds of special points at which the branch ends.
+        Kinds of special points at which the branch ends, or a function that tells of one.
     first
         Kinds that come first where several special points lie at one place, within rounding.
     classify

@@ -10,6 +10,7 @@ class PathEnd(StrEnum):
     POINTS = "points"  # as many as allowed
     CLOSED = "closed"  # back at the start, which is the last point once more
     STOPPED = "stopped"  # at a special point of a kind asked for: ``path.stop``
+    MIRRORED = "mirror image"  # at a pitchfork: the images of its points would follow
     START = "start"  # where it began: it goes on the other way only
     REFUSED = "refused"  # the next point is none that was asked for
     NO_CONVERGENCE = "no convergence"

@@ -1,6 +1,6 @@
 """The types of continuation: curves, their points, special points, paths."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -73,6 +73,10 @@ class SpecialPoint(Point):
     bracket: tuple[float, float]
     continuous: bool
     other: Array | None = None
+
+
+# Where a path ends: at special points of these kinds, or where a function of one says so.
+StopAt = Collection[str] | Callable[[SpecialPoint], bool]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -47,7 +47,7 @@ def _test(name: Hashable) -> Callable[[Point], float]:
     return value
 
 
-def _is_fold(test: Hashable) -> bool:
+def is_fold(test: Hashable) -> bool:
     """Whether a test is a component of the tangent."""
     return isinstance(test, OwnTest) and test in (OwnTest.FOLD, *TURNING_POINTS)
 
@@ -60,14 +60,10 @@ def _locate(
     before, after = low.tests.get(name, 0.0), high.tests.get(name, math.nan)
     if not _changes(before, after):
         return None
-    if _is_fold(name):
+    if is_fold(name):
         largest = max(abs(before), abs(after))
         if largest < SAME_POINT:
             return None  # along this curve the parameter is constant within rounding
-        for end in (low, high):
-            singular = abs(end.tests[OwnTest.BRANCH_POINT]) < SINGULAR
-            if singular and abs(end.tests[name]) < _SAME_EVENT * largest:
-                return None
     best, other = bracket(
         step,
         value,
@@ -186,7 +182,7 @@ def _special(
 
 
 def located(
-    step: Step, end: Point, first: Collection[str], stop_at: Collection[str]
+    step: Step, end: Point, first: Collection[str], stop_at: Callable[[SpecialPoint], bool]
 ) -> list[SpecialPoint]:
     """Return the special points between the origin of a step and ``end``, in order.
 
@@ -224,10 +220,18 @@ def located(
 
 
 def _before_stop(
-    step: Step, found: list[SpecialPoint], last: Point, stop_at: Collection[str]
+    step: Step,
+    found: list[SpecialPoint],
+    last: Point,
+    stop_at: Callable[[SpecialPoint], bool],
 ) -> Point | None:
-    """Return a point just before that at which a path stops, None if ``last`` is one."""
-    stop = next((point for point in found if point.kind in stop_at), None)
+    """Return a point just before that at which a path stops, None if ``last`` is one.
+
+    At a branch point tests do not jump, and a solution beside it may be on the other branch.
+    """
+    stop = next((point for point in found if stop_at(point)), None)
+    if stop is not None and stop.test is OwnTest.BRANCH_POINT:
+        return None
     s = 0.0 if stop is None else step.s(stop.z)
     if stop is None or s * _BESIDE_STOP <= SAME_POINT or stop.arclength > last.arclength:
         return None
@@ -249,7 +253,7 @@ def _in_order(
         (
             point
             for point in found
-            if not _is_fold(point.test)
+            if not is_fold(point.test)
             or all(abs(point.arclength - other) > near for other in turns)
         ),
         key=lambda point: point.arclength - (tie if point.kind in first else 0.0),

@@ -1,6 +1,7 @@
 """Following a curve from its start to one of its ends. See ``follow``."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -11,7 +12,7 @@ from ..errors import Interrupted
 from .names import OwnTest, PathEnd
 from .newton import NOISE, SINGULAR, Array, NewtonReport, Outcome, OutsideDomain, evaluate, newton
 from .path import Curve, Limits, Path, Point, SpecialPoint
-from .special import SMALL_BRACKET, closing, leaving, located
+from .special import SMALL_BRACKET, closing, is_fold, leaving, located
 from .step import MAX_CORRECTIONS, RESOLUTION, SAME_POINT, Rejected, Step
 
 # Steps grow only where Newton's method took at most this many iterations. From a good prediction
@@ -29,7 +30,7 @@ class Steps:
     max_step: float
     max_points: int
     max_angle: float
-    stop_at: frozenset[str]
+    stop_at: Callable[[SpecialPoint], bool]
     first: frozenset[str]
 
     @classmethod
@@ -53,6 +54,8 @@ class Steps:
         if angle > 1.0:
             reject("max_angle", max_angle, "a number in (0, 1], in radians")
         for name, kinds in (("stop_at", stop_at), ("first", first)):
+            if name == "stop_at" and callable(kinds):
+                continue
             if isinstance(kinds, str) or not all(isinstance(kind, str) for kind in kinds):
                 reject(name, kinds, "a collection of kinds of special points")
         return cls(
@@ -61,9 +64,13 @@ class Steps:
             max_step=values[2],
             max_points=count("max_points", max_points, least=1),
             max_angle=angle,
-            stop_at=frozenset(stop_at),
+            stop_at=stop_at if callable(stop_at) else _of_kinds(frozenset(stop_at)),
             first=frozenset(first),
         )
+
+
+def _of_kinds(kinds: frozenset[str]) -> Callable[[SpecialPoint], bool]:
+    return lambda point: point.kind in kinds
 
 
 def start_point(curve: Curve, z: Array, tangent: Array | None, direction: int) -> Point | Path:
@@ -212,17 +219,19 @@ def _take(step: Step, length: float, start: Point, limits: Limits, settings: Ste
     own = 0.0
     # At a branch point the start's own events can only be located so well.
     singular = abs(start.tests[OwnTest.BRANCH_POINT]) < SINGULAR
-    beside = SMALL_BRACKET * step.s(end.point.z) if singular else SAME_POINT
+    beside = max(SMALL_BRACKET * step.s(end.point.z), SAME_POINT) if singular else SAME_POINT
     if step.origin is start:
         own = beside
     if end.reason is PathEnd.CLOSED and singular:
         found = [event for event in found if event.arclength < end.point.arclength - beside]
     for event in found:
         if event.arclength < own:
-            end.at_start.append(event)
+            # At a pitchfork the extremum of the parameter is no fold beside it.
+            if not (singular and is_fold(event.test)):
+                end.at_start.append(event)
             continue
         end.special.append(event)
-        if event.kind in settings.stop_at:
+        if settings.stop_at(event):
             end.point, end.reason = event, PathEnd.STOPPED
             break
     return end

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .. import _core
 from .._core import Leg, LegKind
 from ..arguments import number, one_value, reject
+from ..continuation.names import PathEnd
 from ..hints import close_to
 from ..interruption import interruptible
 from ..made import varied
@@ -201,7 +202,9 @@ class Branch(Shown):
     ends
         Why the branch ends, at its first and last point: ``bound``, the kind of a border that it
         does not pass, ``points``, ``closed``, ``start``, ``no convergence``, ``outside domain``,
-        ``interrupted``, or ``refused``: a simulation does not confirm the next point.
+        ``interrupted``, a kind that ``stop_at`` names, ``mirror image`` (at a pitchfork, since the
+        images of its motions would follow), or ``refused``: a simulation does not confirm the next
+        point.
     why_not
         For each end: why the branch does not go on, and what leads on; ``""`` at a bound of the
         range, at a start, and for a closed branch.
@@ -245,6 +248,16 @@ class Branch(Shown):
     def __bool__(self) -> bool:
         """Return True, whether or not the branch has points."""
         return True
+
+    @cached_property
+    def images(self) -> tuple[int | None, ...]:
+        """For each bifurcation the place of the earlier one of its mirror image, or None.
+
+        The mirror image of a motion q(t) is -q half a drive period later. Both sides of a pitchfork
+        have each bifurcation, one for either image.
+        """
+        images: tuple[int | None, ...] = verb("earlier_images")(self.bifurcations)
+        return images
 
     def at(self, value: float | None = None, /, **parameter: float) -> tuple[PeriodicMotion, ...]:
         """Return the motions of the branch at one value of its parameter, stable and unstable.
@@ -382,12 +395,24 @@ class Branch(Shown):
             part = np.count_nonzero(self.stable)
             facts[self.parameter] = f"{low:.6g} to {high:.6g}"
             facts["points"] = f"{len(self)}, of which {part} are stable"
-        for place, found in enumerate(self.bifurcations, 1):
-            facts[f"bifurcation {place}"] = f"{found.kind} at {found.value:.12g}"
-        facts["ends"] = f"{self.ends[0]}, {self.ends[1]}"
+        for place, (found, image) in enumerate(zip(self.bifurcations, self.images, strict=True), 1):
+            text = "" if image is None else f", mirror image of bifurcation {image + 1}"
+            facts[f"bifurcation {place}"] = f"{found.kind} at {found.value:.12g}{text}"
+        facts["ends"] = ", ".join(self._end_texts())
         reasons = zip(("first end", "last end"), self.why_not, strict=True)
         facts |= {place: why for place, why in reasons if why}
         return facts
+
+    def _end_texts(self) -> tuple[str, str]:
+        """Say of each end what it is, and where: which of the bounds."""
+        values = self.values
+        if not len(values):
+            return str(self.ends[0]), str(self.ends[1])
+        texts = []
+        for end, value in zip(self.ends, values[[0, -1]].tolist(), strict=True):
+            which = "low " if value == values.min() else "high "
+            texts.append(f"{which if end is PathEnd.BOUND else ''}{end} at {value:.12g}")
+        return texts[0], texts[1]
 
     def of_kind(self, kind: str) -> list[Bifurcation]:
         """Return the bifurcations of one kind, such as ``"period_doubling"``.

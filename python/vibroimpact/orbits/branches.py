@@ -7,7 +7,7 @@ becomes incomplete, a contact phase ends another way. The border is located, and
 goes on it goes on with another sequence of legs: both sequences have the border's orbit in common.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Unpack, overload
 
 from ..arguments import reject
@@ -61,6 +61,7 @@ def follow_motion(
     step: float | None = None,
     max_step: float = 0.05,
     max_points: int = 2000,
+    stop_at: str | Sequence[str] = (),
     virtual: bool = False,
     **parameter: tuple[float, ...],
 ) -> Branch:
@@ -91,6 +92,9 @@ def follow_motion(
         Largest step, in the same measure, at most 1000.
     max_points
         Cap on the points of each direction.
+    stop_at
+        Kinds of bifurcations at which it ends, the first that comes: ``"branch_point"``, or
+        ``["branch_point", "grazing"]``.
     virtual
         Go on with the same legs beyond borders, where the solution is no motion any more.
     **parameter
@@ -105,7 +109,8 @@ def follow_motion(
     -------
     Branch
         Pieces, bifurcations and ends. Bifurcations are located until rounding stops it, as a rule
-        to 1e-12 in the parameter.
+        to 1e-12 in the parameter. A branch of motions without symmetry ends at a pitchfork, since
+        the mirror images of its motions would follow.
 
     Raises
     ------
@@ -128,7 +133,7 @@ def follow_motion(
         reject("motion", motion, "a PeriodicMotion or a StructureOrbit, as run.refine() gives it")
     motion, ranges = begin(motion, system, parameter, units)
     name, bounds = one_range(motion.system, ranges)
-    settings = Settings.checked(name, bounds, step, max_step, max_points, virtual)
+    settings = Settings.checked(name, bounds, step, max_step, max_points, virtual, stop_at)
     check_ways(both, direction)
     if isinstance(motion, StructureOrbit):
         need_impacts(motion, name)
@@ -171,6 +176,7 @@ def switch_branch(
     step: float | None = None,
     max_step: float = 0.05,
     max_points: int = 2000,
+    stop_at: str | Sequence[str] = (),
     **parameter: tuple[float, ...],
 ) -> Branch:
     """Follow the other branch that meets a branch at a period doubling or at a branch point.
@@ -198,6 +204,8 @@ def switch_branch(
         Largest step, as in ``follow_motion``.
     max_points
         Cap on the points of the branch.
+    stop_at
+        Kinds of bifurcations at which it ends, as in ``follow_motion``.
     **parameter
         What varies, with its range, as in ``follow_motion``; it may be another one than that of the
         bifurcation.
@@ -206,7 +214,7 @@ def switch_branch(
     -------
     Branch
         Its first point is the bifurcation. A branch point is among its bifurcations if the branch
-        goes both ways, or closes.
+        goes both ways, or closes. At another pitchfork it ends: the mirror images follow there.
 
     Raises
     ------
@@ -234,7 +242,7 @@ def switch_branch(
     bifurcation, ranges = begin(bifurcation, system, parameter, units)
     varies = bifurcation.motion.system
     name, bounds = one_range(varies, ranges)
-    settings = Settings.checked(name, bounds, step, max_step, max_points)
+    settings = Settings.checked(name, bounds, step, max_step, max_points, stop_at=stop_at)
     check_ways(both, direction)
     if bifurcation.kind is BifurcationKind.PERIOD_DOUBLING:
         return followed(varies, doubled_start(bifurcation, name), (direction,), settings)

@@ -1,5 +1,6 @@
 """The keywords of continuation as types, for type checkers: options, and parameters with ranges."""
 
+from collections.abc import Sequence
 from typing import TypedDict
 
 from ..keyword_types import Ranges
@@ -18,6 +19,7 @@ class SwitchCall(Steps, Ranges, total=False):
     step: float | None
     both: bool
     direction: int
+    stop_at: str | Sequence[str]
 
 
 class FollowCall(SwitchCall, total=False):

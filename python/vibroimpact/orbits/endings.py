@@ -13,6 +13,9 @@ _ENDS: dict[BranchEnd, str] = {
     f"({{detail}}); another max_step may pass, and {_SIMULATE}",
     PathEnd.OUTSIDE_DOMAIN: f"the equations of the motion do not exist beyond ({{detail}}); "
     f"{_SIMULATE}",
+    PathEnd.MIRRORED: "it closes onto its mirror image: beyond this pitchfork come the images of "
+    "the motions before it, with the same bifurcations; switch_branch there leads on to the "
+    "motions that have the symmetry",
     PathEnd.INTERRUPTED: "Ctrl-C came first: the last motion can be followed on",
     BifurcationKind.PERIOD_DOUBLING: "the two halves of the motion have become the same, a motion "
     "of half the period: following that one leads on",

@@ -19,19 +19,20 @@ from ..continuation.names import PathEnd
 from ..continuation.newton import solve
 from ..continuation.path import Path, Point, SpecialPoint, path_so_far
 from ..errors import Interrupted
+from ..hints import close_to
 from ..structure import Structure
 from ..system import System
 from .bifurcation import Bifurcation
 from .branch import Branch, Piece
 from .doubling import MIN_STEP, doubling_near, halving
 from .endings import why_ended
-from .kinds import BORDERS, CONDITIONS, FIRST, BifurcationKind, BranchEnd
+from .kinds import BORDERS, CONDITIONS, FIRST, ON_CURVES, BifurcationKind, BranchEnd
 from .machines import beyond, problem_of
 from .motion import same_orbit
 from .problem import OrbitProblem
 from .ranges import LONGEST_STEP
 from .resegment import Crossing
-from .special_points import bifurcation_at, end_of
+from .special_points import bifurcation_at, end_of, turns_back
 
 # Sequences of legs that one direction of a branch may pass.
 _MOST_PIECES = 200
@@ -66,6 +67,7 @@ class Settings:
     max_step: float
     max_points: int
     virtual: bool
+    stop_at: frozenset[BifurcationKind]
 
     @classmethod
     def checked(
@@ -76,6 +78,7 @@ class Settings:
         max_step: float,
         max_points: int,
         virtual: bool = False,
+        stop_at: Any = (),
     ) -> "Settings":
         """Check the arguments."""
         largest = positive("max_step", max_step)
@@ -94,7 +97,15 @@ class Settings:
             max_step=largest,
             max_points=count("max_points", max_points, least=2),
             virtual=virtual,
+            stop_at=_kinds(stop_at),
         )
+
+    def stops(self, point: SpecialPoint) -> bool:
+        """Whether a sequence of legs is followed up to this point only."""
+        kind = BifurcationKind(point.kind)
+        if kind in BORDERS:
+            return not self.virtual or kind in self.stop_at
+        return _is_zero(point) and (kind in self.stop_at or turns_back(point))
 
     def halved(self) -> "Settings":
         """Return these settings with steps half as long."""
@@ -110,11 +121,25 @@ class Half:
     bifurcations: list[Bifurcation]
     end: BranchEnd
     detail: str = ""
+    # Whether stop_at asked for this end.
+    asked: bool = False
 
     @property
     def why_not(self) -> str:
         """Why it does not go on, in a sentence."""
-        return why_ended(self.end, self.detail)
+        return "" if self.asked else why_ended(self.end, self.detail)
+
+
+def _kinds(given: Any) -> frozenset[BifurcationKind]:
+    """Check the kinds of bifurcations at which a branch stops: one, or several."""
+    known = tuple(kind for kind in BifurcationKind if kind not in ON_CURVES)
+    kinds = (given,) if isinstance(given, str) else given
+    if isinstance(kinds, list | tuple | set | frozenset) and all(
+        isinstance(kind, str) and kind in known for kind in kinds
+    ):
+        return frozenset(map(BifurcationKind, kinds))
+    hint = close_to(given, known) if isinstance(given, str) else ""
+    reject("stop_at", given, f"one or several of {', '.join(known)}{hint}")
 
 
 def check_ways(both: Any, direction: Any) -> None:
@@ -150,6 +175,14 @@ def followed(
         if half.end is PathEnd.CLOSED:
             break
     closed = halves[-1].end is PathEnd.CLOSED
+    ended = all(half.end is PathEnd.MIRRORED or half.asked for half in halves)
+    if here is not None and both and ended:
+        # The two sides of a pitchfork that end at one other are a closed branch.
+        back, forth = (half.bifurcations for half in halves)
+        if _same_border(back[-1], forth[-1]):
+            back.pop()
+            for half in halves:
+                half.end = PathEnd.CLOSED
     if here is not None and (both or closed):
         # The first direction is reversed; a closed branch ends where it began.
         found = halves[-1].bifurcations
@@ -231,7 +264,7 @@ def _extend(
             half.pieces.append(piece)
         last = path.stop
         reached = path.points[good - 1].arclength
-        if last is not None and not reason:
+        if last is not None and _is_border(last) and not reason:
             reached = min(reached, last.arclength - _BESIDE_BORDER)
         for special in path.special:
             if special is not last and special.arclength <= reached and _is_zero(special):
@@ -258,6 +291,12 @@ def _extend(
             break
         if last is None:
             break
+        if not _is_border(last):
+            half.bifurcations.append(bifurcation_at(problem, last))
+            half.asked = half.end in settings.stop_at
+            if not half.asked:
+                half.end = PathEnd.MIRRORED
+            break
         at = beyond(problem, last)
         direction, retries, finer, continued = 1, _RETRIES, settings, False
         onward = () if at is None else tuple(at.itinerary.legs)
@@ -278,6 +317,9 @@ def _extend(
                 half.end = PathEnd.CLOSED
                 return
         half.bifurcations.append(border)
+        if border.kind in settings.stop_at:
+            half.end, half.asked = border.kind, True
+            break
         borders.append((border, len(half.pieces), len(half.bifurcations)))
         half.end = end_of(path) if at is None else PathEnd.POINTS
 
@@ -298,7 +340,7 @@ def _path(
             min_step=MIN_STEP,
             max_step=settings.max_step,
             max_points=left,
-            stop_at=() if settings.virtual else BORDERS,
+            stop_at=settings.stops,
             first=FIRST,
             classify=problem.classify,
         )
@@ -316,7 +358,7 @@ def _piece(
     multipliers: list[NDArray[np.complex128]] = []
     reason: str | None = ""
     points = path.points if halved is None else path.points[:halved]
-    stops = path.stop.test if path.stop is not None else None
+    stops = path.stop.test if path.stop is not None and _is_border(path.stop) else None
     largest = max((point.tests.get(stops, 0.0) for point in points), default=0.0)
     # All of a path may lie at its border.
     border = max(_AT_BORDER * largest, _LOCATED)
@@ -350,7 +392,7 @@ def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
     branch meets a shorter orbit at its graze: all passes of the orbit graze there together, and one
     of them may have grazed just before.
     """
-    if path.stop is None or len(path.points) < 2:
+    if path.stop is None or not _is_border(path.stop) or len(path.points) < 2:
         return False
     before, border = path.points[-2:]
     for part in (0.5, 0.9):
@@ -362,6 +404,10 @@ def _passed_a_border(problem: OrbitProblem, path: Path) -> bool:
         if any(value < 0.0 for test, value in tests.items() if isinstance(test, CONDITIONS)):
             return True
     return False
+
+
+def _is_border(special: SpecialPoint) -> bool:
+    return special.kind in BORDERS
 
 
 def _is_zero(special: SpecialPoint) -> bool:

@@ -44,6 +44,10 @@ class Branching(StrEnum):
     TRANSCRITICAL = "transcritical"
 
 
+# Those of curves in two parameters: no branch meets them.
+ON_CURVES = frozenset(
+    kind for kind in BifurcationKind if kind is BifurcationKind.CUSP or "resonance" in kind
+)
 # The borders: beyond them the motion has other legs.
 BORDERS = frozenset(BifurcationKind(kind.value) for kind in BorderKind)
 # Where u of an impact vanishes, its other tests may vanish as well: that is a grazing.

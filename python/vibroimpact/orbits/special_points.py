@@ -16,15 +16,12 @@ from .._core import Leg, StopLeg
 from ..continuation.path import Path, SpecialPoint
 from .bifurcation import Bifurcation
 from .kinds import BifurcationKind, BranchEnd, Branching
+from .mirror import own_mirror_image
 from .problem import OrbitProblem
 
 # The parameter has an extremum along one of two branches if it changes this much less than along
 # the other. Directions come from central differences and are good to about 1e-9.
 _FLAT = 1e-6
-# A motion is its own mirror image if half a period later each coordinate has changed its sign, to
-# this part of the largest one, at so many times.
-_MIRRORED = 1e-8
-_TIMES = 16
 
 
 def bifurcation_at(
@@ -58,18 +55,14 @@ def _branching(tangent: NDArray[np.float64], other: NDArray[np.float64], motion:
     return Branching.SYMMETRY_BREAKING if own_mirror_image(motion) else Branching.PITCHFORK
 
 
-def own_mirror_image(motion: Any) -> bool:
-    """Whether q(t + T/2) = -q(t) for all coordinates of a motion with the period T."""
-    half = 0.5 * motion.m * motion.system.drive_period
-    times = np.linspace(0.0, half, _TIMES)
-    # Coordinates are continuous: an impact at one of the times does no harm.
-    now, later = (_coordinates(motion.trajectory(at)) for at in (times, times + half))
-    return bool(np.abs(now + later).max() <= _MIRRORED * np.abs(now).max())
+def turns_back(special: SpecialPoint) -> bool:
+    """Whether a path has its extremum of the parameter at a pitchfork.
 
-
-def _coordinates(states: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the coordinates of states, in rows: x1, v1, x2, v2, or q above v."""
-    return states[:, 0] if states.ndim == 3 else states[:, ::2]
+    Beyond it come the images of its points under the symmetry that they have lost.
+    """
+    if special.other is None:
+        return False
+    return abs(float(special.tangent[-1])) <= _FLAT * abs(float(special.other[-1]))
 
 
 def end_of(path: Path) -> BranchEnd:
