@@ -13,6 +13,7 @@ from ..continuation.newton import solve
 from ..errors import SimulationError
 from .branch import Branch, Piece
 from .machines import motion_of, problem_of
+from .mirror import is_mirror_image
 from .motion import PeriodicMotion, same_orbit
 
 Array = NDArray[np.float64]
@@ -42,6 +43,18 @@ def motions_at(branch: Branch, value: float) -> tuple[PeriodicMotion, ...]:
             if not any(same_orbit(motion, other) for other in found):
                 found.append(motion)
     return tuple(found)
+
+
+def is_on(piece: Piece, number: int, known: Piece) -> bool:
+    """Whether a motion of a piece, or its mirror image, is one of another piece."""
+    value, values = float(piece.values[number]), known.values
+    motion = piece.motion(number)
+    between = (values[1:] - value) * (values[:-1] - value) <= 0.0
+    for k in np.flatnonzero(between).tolist():
+        other = _between(known, k, value)
+        if other is not None and (same_orbit(other, motion) or is_mirror_image(other, motion)):
+            return True
+    return False
 
 
 def _between(piece: Piece, k: int, value: float) -> PeriodicMotion | None:

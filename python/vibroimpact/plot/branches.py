@@ -6,28 +6,24 @@ per drive period (theory page, section 6); kinds of bifurcations as on the notat
 
 from __future__ import annotations
 
-import itertools
-import string
 from collections import Counter
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from ..arguments import naming, positive, reject, several
-from ..orbits import Bifurcation, BifurcationCurve, Branch, Piece, StabilityRegion
-from ..orbits.points import with_bifurcations
+from ..orbits import Bifurcation, BifurcationCurve, Branch, StabilityRegion
 from ..scales import Units
 from ..structure import Structure
 from ..sweeps import Diagram
 from ..sweeps.structure_diagram_results import StructureDiagram
+from .branch_lines import draw_lines, line_handles, lines_of
 from .branch_views import StructureView, SystemView, View
 from .diagram import bifurcation, no_impact_handles
 from .given import expected
@@ -35,18 +31,12 @@ from .parameter_units import piece_label
 from .style import (
     BIFURCATION_STYLES,
     BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
     PARAMETER_SYMBOLS,
     POINT_TEXTS,
-    PURPLE,
     SECTION_LABELS,
-    VERMILLION,
     axis_name,
     bifurcation_handles,
     bifurcation_marker,
-    label_text,
     legend_above,
     new_axes,
     phase_axis,
@@ -56,21 +46,14 @@ Array = NDArray[np.float64]
 Section = Literal["impact", "stroboscopic"]
 Curves = BifurcationCurve | StabilityRegion | Sequence[BifurcationCurve | StabilityRegion]
 
-# In this order neighbouring curves differ in brightness as well.
-_COLORS = (BLACK, VERMILLION, BLUE, ORANGE, GREEN, PURPLE)
 _DIAGRAM_GREY = "0.62"
 _DIAGRAM_SIZE = 1.0
-_KEY_GREY = "0.45"
 # How much wider than a curve its white edge is, in points.
 _HALO = 1.4
-_UNSTABLE = (0.0, (4.0, 1.5))
 # An impact is the same on both sides of a border if its height is, to this accuracy.
 _SAME_HEIGHT = 1e-6
 # Two pieces meet at a border if its value is that of their ends to this accuracy.
 _SAME_BORDER = 1e-9
-# A multiplier this close to the unit circle belongs to a bifurcation: the point counts for both
-# sides.
-_ON_CIRCLE = 1e-6
 
 
 @naming
@@ -88,8 +71,9 @@ def branches(
 ) -> Axes:
     r"""Draw branches of periodic motions: stable solid, unstable dashed, bifurcations marked.
 
-    Every impact (or every drive period) of an orbit has a line of its own. Neutral saddles are no
-    bifurcations and have no mark.
+    Every impact (or every drive period) of an orbit has a line of its own. Curves that coincide, as
+    those of mirror images do, are drawn once, and the legend names them together. Neutral saddles
+    are no bifurcations and have no mark.
 
     Parameters
     ----------
@@ -172,12 +156,13 @@ def branches(
             ax=ax,
         )
         ax.collections[0].set_color(_DIAGRAM_GREY)
-    for number, branch in enumerate(many):
-        _lines(ax, branch, view, _COLORS[number % len(_COLORS)])
+    lines = lines_of(many, view)
+    for each in lines:
+        draw_lines(ax, each, view)
     for kind in BIFURCATION_STYLES:
         _marks(ax, kind, many, view, size)
     if legend:
-        handles = branch_handles(many, names=True)
+        handles = line_handles(many, lines, names=True) + _found_handles(many)
         if diagram is not None:
             handles += no_impact_handles(diagram)
         legend_above(ax, handles, columns=3)
@@ -206,35 +191,11 @@ def branch_handles(branches: Sequence[Branch], *, names: bool = False) -> list[A
     >>> [handle.get_label() for handle in vi.plot.branch_handles([branch])]
     ['stable', 'unstable', 'saddle-node', 'period doubling', 'Neimark-Sacker']
     """
-    stable = np.concatenate([branch.stable for branch in branches])
-    handles: list[Artist] = []
-    texts = _names(branches) if names else []
-    if len(texts) > 1:
-        for text, color in zip(texts, itertools.cycle(_COLORS), strict=False):
-            handles.append(Line2D([], [], color=color, lw=1.2, label=text))
-    # A single branch is named with its stability: two lines that look alike would say nothing.
-    color, before = (_COLORS[0], f"{texts[0]}, ") if len(texts) == 1 else (_KEY_GREY, "")
-    if stable.any():
-        handles.append(Line2D([], [], color=color, lw=1.2, label=f"{before}stable"))
-    if not stable.all():
-        text = f"{before}unstable"
-        handles.append(Line2D([], [], color=color, lw=0.7, ls=_UNSTABLE, label=text))
-    return handles + bifurcation_handles(
-        found.kind for branch in branches for found in branch.bifurcations
-    )
+    return line_handles(branches, None, names=names) + _found_handles(branches)
 
 
-def _names(branches: Sequence[Branch]) -> list[str]:
-    """Return what the branches are called: their labels, with letters where these are the same."""
-    texts = [
-        ", ".join(dict.fromkeys(label_text(piece.label) for piece in branch.pieces))
-        for branch in branches
-    ]
-    letters = {text: iter(string.ascii_lowercase) for text in texts}
-    counts = Counter(texts)
-    return [
-        f"{text} ({next(letters[text], '...')})" if counts[text] > 1 else text for text in texts
-    ]
+def _found_handles(branches: Sequence[Branch]) -> list[Artist]:
+    return bifurcation_handles(found.kind for branch in branches for found in branch.bifurcations)
 
 
 @naming
@@ -368,34 +329,6 @@ def curve_handles(curves: Curves) -> list[Artist]:
     return handles
 
 
-def _lines(ax: Axes, branch: Branch, view: View, color: str) -> None:
-    """Draw the lines of a branch, one collection each for its stable and unstable parts."""
-    segments: dict[bool, list[Array]] = {True: [], False: []}
-    for piece in with_bifurcations(branch):
-        heights = view.heights(piece)
-        for first, last, stable in _stretches(piece):
-            part = slice(first, last + 1)
-            for column in heights.T:
-                line = np.column_stack([view.factor * piece.values[part], column[part]])
-                segments[stable] += _unwrapped(line) if view.value == "phase" else [line]
-    for stable, lines in segments.items():
-        collection = LineCollection(
-            lines,
-            colors=color,
-            linewidths=1.2 if stable else 0.7,
-            linestyles="-" if stable else [_UNSTABLE],
-            zorder=3 if stable else 2.5,
-        )
-        collection.set_gid("stable" if stable else "unstable")
-        ax.add_collection(collection)
-
-
-def _unwrapped(line: Array) -> list[Array]:
-    """Cut a line of drive phases where it leaves at one end of the turn and enters at the other."""
-    cuts = np.flatnonzero(np.abs(np.diff(line[:, 1])) > np.pi) + 1
-    return list(np.split(line, cuts))
-
-
 def _marks(ax: Axes, kind: str, branches: Sequence[Branch], view: View, size: float) -> None:
     """Mark the bifurcations of a kind, at a border also what only the motion beyond it has."""
     places: list[tuple[float, float]] = []
@@ -425,16 +358,3 @@ def _beyond(branch: Branch, border: Bifurcation, view: View) -> Array:
                 heights: Array = view.heights(piece)[end]
                 return heights
     return np.empty(0)
-
-
-def _stretches(piece: Piece) -> list[tuple[int, int, bool]]:
-    """Return first and last point of the stretches of one stability, in order."""
-    size = np.abs(piece.multipliers).max(axis=1)
-    neutral = np.abs(size - 1.0) < _ON_CIRCLE
-    calm = piece.stable | neutral
-    # Judged by the points in between: two neighbouring bifurcations do not say what is between
-    # them.
-    stable = calm[1:] & calm[:-1] & ~(neutral[1:] & neutral[:-1])
-    starts = np.flatnonzero(np.diff(stable)) + 1
-    edges = [0, *starts.tolist(), len(stable)]
-    return [(first, last, bool(stable[first])) for first, last in pairwise(edges) if last > first]
