@@ -81,7 +81,7 @@ def test_of_two_that_coincide_the_longer_one_is_seen(ax):
 
 
 def test_motions_close_to_each_other_are_not_taken_for_one(ax):
-    # Gaps that differ by a thousandth: the curves are nearer to each other than their lines are wide.
+    # Gaps differ by a thousandth: the curves are nearer to each other than their lines are wide.
     found = []
     for gap in (0.4, 0.4004):
         start = vi.simulate(MIRRORED.replace(gap=gap), initial=REST[2], periods=600, keep=100)
