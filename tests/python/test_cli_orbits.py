@@ -9,7 +9,8 @@ from matplotlib.image import imread
 import vibroimpact as vi
 from command_lines import ORBITS, START, SYSTEM
 from struck import MIRRORED
-from test_symmetric_motions import symmetric
+from test_symmetric_motions import symmetric, symmetric_motion
+from vibroimpact.cli import branches
 from vibroimpact.cli import orbits as command
 from vibroimpact.cli.motion_table import CSV_NAMES, PRINTED_NAMES
 
@@ -141,14 +142,14 @@ def test_a_branch_with_its_bifurcations(run_command, paper_system, tmp_path):
         (found.kind, found.value) for found in branch.bifurcations
     ]
     (found,) = branch.bifurcations
-    assert out.splitlines()[1].split()[:3] == [found.kind, repr(found.value), "1-1"]
-    assert out.splitlines()[-1] == "ends: bound; bound"
+    assert out.splitlines()[1].split() == ["1", found.kind, repr(found.value), "1-1"]
+    assert out.splitlines()[-2:] == ["first end: low bound at 1.7", "last end: high bound at 1.9"]
     assert (tmp_path / "branch.pdf").read_bytes().startswith(b"%PDF")
 
 
 def test_steps_can_be_made_shorter(run_command):
     long, short = (
-        run_command(f"{FOLLOW} --max-step {step}")[1].splitlines()[-2] for step in (0.05, 0.01)
+        run_command(f"{FOLLOW} --max-step {step}")[1].splitlines()[-3] for step in (0.05, 0.01)
     )
     points = [int(line.split()[2]) for line in (long, short)]
     assert points[1] > 2 * points[0]
@@ -165,12 +166,12 @@ def test_the_value_of_a_branch_can_be_chosen(run_command, monkeypatch, tmp_path)
 
 
 def test_an_interrupted_branch_is_written_as_far_as_it_got(run_command, monkeypatch, tmp_path):
-    whole = command.follow_motion
+    whole = branches.follow_motion
 
     def interrupted(*arguments, **options):
         raise vi.Interrupted("interrupted along a branch", whole(*arguments, **options))
 
-    monkeypatch.setattr(command, "follow_motion", interrupted)
+    monkeypatch.setattr(branches, "follow_motion", interrupted)
     code, out, err = run_command(FOLLOW, "--csv", tmp_path / "part.csv")
     assert (code, err) == (130, "vibroimpact: interrupted along a branch\n")
     assert "points" in out
@@ -195,20 +196,134 @@ def test_a_branch_says_how_branches_cross_and_why_it_ends(run_command, tmp_path,
     assert (code, err) == (0, "")
     known = symmetric().bifurcations
     rows = [row.split("  ") for row in out.splitlines()[1:4]]
-    assert [row[0] for row in rows] == [
+    rows = [[*filter(None, row)] for row in rows]
+    assert [row[1].strip() for row in rows] == [
         "grazing",
         *["branch_point (symmetry-breaking pitchfork)"] * 2,
     ]
-    assert [next(filter(None, row[1:])).strip() for row in rows] == [repr(x.value) for x in known]
+    assert [row[0] for row in rows] == ["1", "2", "3"]
+    assert [row[2].strip() for row in rows] == [repr(x.value) for x in known]
     assert rows[0][-1].strip() == "circuit"
     assert out.splitlines()[4].startswith("goes on as: the events of the motion beyond")
-    assert out.splitlines()[-1] == "ends: bound; bound"
+    assert out.splitlines()[-1] == "last end: high bound at 1.9"
     # As many points as are allowed.
     short = functools.partial(vi.follow_motion, max_points=4)
-    monkeypatch.setattr(command, "follow_motion", short)
+    monkeypatch.setattr(branches, "follow_motion", short)
     code, out, _ = run_command(f"{line} --follow drive-frequency 0.9 1.9")
     assert code == 3
-    assert out.splitlines()[-3] == "ends: points; points"
     for place, row in zip(("first", "last"), out.splitlines()[-2:], strict=True):
-        assert row.startswith(f"{place} end: ")
+        assert row.startswith(f"{place} end: points at ")
         assert "max_points" in row
+
+
+def told_ends(out):
+    return [line for line in out.splitlines() if " end: " in line or line.startswith("never")]
+
+
+def test_a_bound_that_no_end_has_reached_is_named(run_command, tmp_path):
+    # The branch turns back at a graze: both ends leave by the high bound.
+    oscillator = vi.Structure(
+        [[1]],
+        [[1]],
+        [vi.Stop([1], 0.3, 0.8)],
+        damping_ratios=[0.05],
+        drive_amplitude=[1],
+        drive_frequency=0.88,
+    )
+    (tmp_path / "one.json").write_text(oscillator.to_json(), encoding="utf-8")
+    line = f"orbits --system {tmp_path / 'one.json'} --initial 0 2"
+    motion = vi.simulate(oscillator, initial=[[0], [2]], periods=600).refine()
+    branch = motion.follow(drive_frequency=(0.5, 0.89))
+    assert branch.ends == ("bound", "bound")
+    assert branch.values[[0, -1]].tolist() == [0.89, 0.89]
+    assert branch._facts()["ends"] == "high bound at 0.89, high bound at 0.89"
+    code, out, err = run_command(f"{line} --follow drive-frequency 0.5 0.89")
+    assert (code, err) == (0, "")
+    assert told_ends(out) == [
+        "first end: high bound at 0.89",
+        "last end: high bound at 0.89",
+        "never reached: the low bound 0.5",
+    ]
+
+
+@pytest.fixture
+def between(tmp_path):
+    (tmp_path / "between.json").write_text(MIRRORED.to_json(), encoding="utf-8")
+    return f"orbits --system {tmp_path / 'between.json'} --initial 0 0 0 0 --follow drive-frequency"
+
+
+def test_branches_that_leave_bifurcations_are_followed_too(run_command, between, tmp_path):
+    code, out, err = run_command(
+        f"{between} 0.9 3 --switch 3 11", "--csv", tmp_path / "b.csv", "--plot", tmp_path / "b.png"
+    )
+    assert (code, err) == (0, "")
+    first, second, third = out.split("\n\n")
+    assert second.startswith("the branch that leaves bifurcation 3:\n")
+    assert third.startswith("the branch that leaves bifurcation 11:\n")
+    assert told_ends(first) == ["first end: low bound at 0.9", "last end: high bound at 3"]
+    known = symmetric_motion().follow(drive_frequency=(0.9, 3.0))
+    switched = vi.switch_branch(known.bifurcations[2], drive_frequency=(0.9, 3.0))
+    doubling = switched.bifurcations[11 - 1 - len(known.bifurcations)]
+    assert doubling.kind == "period_doubling"
+    # Numbers go on from branch to branch, and images are told by them.
+    listed = [line for line in second.splitlines() if line[:1].isdigit()]
+    assert [int(line.split()[0]) for line in listed] == [
+        len(known.bifurcations) + 1 + k for k in range(len(switched.bifurcations))
+    ]
+    column = second.splitlines()[1].index("mirror image of")
+    for line, found, image in zip(listed, switched.bifurcations, switched.images, strict=True):
+        assert repr(found.value) in line
+        told = line[column : column + len("mirror image of")].strip()
+        assert told == ("" if image is None else str(len(known.bifurcations) + 1 + image))
+    rows = written(tmp_path / "b.csv")
+    assert list(rows[0])[:3] == ["branch", "kind", "drive_frequency"]
+    assert list(dict.fromkeys(row["branch"] for row in rows)) == ["0", "3", "11"]
+    points = [row for row in rows if (row["branch"], row["kind"]) == ("3", "point")]
+    assert [float(row["drive_frequency"]) for row in points] == switched.values.tolist()
+    assert (tmp_path / "b.png").stat().st_size > 10_000
+
+
+def test_branches_stop_at_bifurcations_of_a_kind(run_command, between):
+    code, out, err = run_command(f"{between} 0.9 1.9 --stop-at branch-point grazing --switch 2")
+    assert (code, err) == (0, "")
+    low, high = (point.value for point in symmetric().of_kind("branch_point"))
+    graze = vi.switch_branch(
+        symmetric().of_kind("branch_point")[1], drive_frequency=(0.9, 1.9), stop_at="grazing"
+    ).bifurcations[0]
+    assert told_ends(out) == [
+        f"first end: branch_point at {low:.12g}",
+        f"last end: branch_point at {high:.12g}",
+        f"first end: grazing at {graze.value:.12g}",
+        f"last end: grazing at {graze.value:.12g}",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("more", "code", "told"),
+    [
+        ("--switch 0", 2, "--switch 0: allowed are the numbers of the list, from 1"),
+        ("--switch 9", 3, "--switch 9: there are 2 bifurcations so far"),
+        ("--stop-at cusp", 2, "stop_at"),
+    ],
+)
+def test_what_cannot_be_switched_at_is_named(run_command, between, more, code, told):
+    found, out, err = run_command(f"{between} 1.0 1.9 {more}")
+    assert found == code
+    assert told in out + err
+
+
+def test_a_bifurcation_without_another_branch_is_named_and_the_rest_is_written(
+    run_command, between, tmp_path
+):
+    code, out, _ = run_command(f"{between} 0.9 1.9 --switch 1 3", "--csv", tmp_path / "b.csv")
+    assert code == 3
+    assert "--switch 1: bifurcation = <grazing of 1-2" in out
+    assert "kind period_doubling or branch_point" in out
+    assert {row["branch"] for row in written(tmp_path / "b.csv")} == {"0", "3"}
+
+
+def test_switching_goes_with_following_only(run_command):
+    for more in ("--switch 1", "--stop-at grazing"):
+        code, _, err = run_command(f"orbits {SYSTEM} {START} {more}")
+        assert code == 2
+        assert f"{more.split()[0]} goes with --follow only" in err

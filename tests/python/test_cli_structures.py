@@ -336,7 +336,7 @@ def test_a_branch_with_its_bifurcations(rig):
     assert columns["kind"][points:] == [str(found.kind) for found in branch.bifurcations]
     assert branch.bifurcations
     for printed, found in zip(out.splitlines()[1:], branch.bifurcations, strict=False):
-        assert printed.split()[:2] == [str(found.kind), repr(found.value)]
+        assert printed.split()[1:3] == [str(found.kind), repr(found.value)]
     assert imread("b.png").std() > 0.0
 
 

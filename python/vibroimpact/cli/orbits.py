@@ -1,16 +1,13 @@
 """`vibroimpact orbits`: periodic motions, found, judged and followed (orbits page)."""
 
 import argparse
-import itertools
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .._core import Leg, Regime, StopLeg
-from ..continuation.names import PathEnd
 from ..errors import ParameterError
-from ..orbits import Bifurcation, Branch, NotFound, PeriodicMotion, follow_motion, search_motions
+from ..orbits import NotFound, PeriodicMotion, search_motions
 from ..orbits.branch import AT_IMPACTS
 from ..orbits.ranges import range_around
 from ..orbits.structure_piece import AT_STOPS
@@ -20,9 +17,9 @@ from ..simulation import simulate
 from ..single_impact import periodic_motions
 from ..structure_motion import StructureOrbit
 from ..system import System
+from . import branches, outputs
 from . import motion_table as table
 from . import options as shared
-from . import outputs
 from .exit_codes import ExitCode
 
 ABOUT = f"""\
@@ -43,16 +40,21 @@ MORE = f"""\
 printed, one row per motion: its label, the state just before its first
 impact, the largest |multiplier|, and the verdict; of a search the part of the
 starts that end on it. Of a branch its bifurcations, one per row, with
+  no               their number, for --switch
+  mirror image of  number of the one before of whose motion the motion is the
+                   mirror image: -q, half a drive period later
   goes on as       at a border (a graze, the edge of a regime, ...): the events
                    of the motion beyond it, in order; empty where the events
                    stay the same, and where the branch ends
-and the two ends of the branch, each with the reason if it ends early.
+and where the two ends of the branch are: at which bound, or at which value and
+why it ends early. A branch ends where the mirror image of itself would follow.
 
 columns of the CSV, one row per motion:
 {table.COLUMNS}
 a search begins the row with
   share            part of the starts that end on the motion
 and a branch with
+  branch           with --switch: 0, or the number of the bifurcation it leaves
   kind             point, or saddle_node, period_doubling, grazing, ...: first
                    the points along the branch, then its bifurcations
   (parameter)      its value, under its name in Python, e.g. drive_frequency
@@ -66,15 +68,15 @@ examples, with the system file of vibroimpact --help:
   vibroimpact orbits --system fig5b.toml --friction 0.5 \\
       --drive-frequency 1.5752 --search 20
   vibroimpact orbits --system fig5b.toml --follow drive-frequency 1.4 2.2 \\
-      --csv branch.csv --plot branch.pdf"""
+      --csv branch.csv --plot branch.pdf
+  vibroimpact orbits --system fig5b.toml --follow drive-frequency 1.45 1.9 \\
+      --switch 1 --plot doubled.png"""
 
 # Pictures of motions on one page.
 MOST_DRAWN = 6
 # Flags that only one of the searches uses.
 _ONLY = {"within": "n", "seed": "search", "workers": "search", "max_step": "follow"}
-_ONLY |= {"value": "follow"}
-# Ends of a branch that are failures: the rest are bounds, and borders at which the motion ends.
-_BROKEN_OFF = (PathEnd.POINTS, PathEnd.NO_CONVERGENCE, PathEnd.OUTSIDE_DOMAIN, PathEnd.REFUSED)
+_ONLY |= {"value": "follow", "switch": "follow", "stop_at": "follow"}
 _DECIDED = ("chaotic", "quasi-periodic")
 
 
@@ -120,6 +122,20 @@ def add(subparsers: Any) -> None:
         metavar="X",
         help="--follow: largest step, as part of the range and of the motion's size "
         "(default: 0.05)",
+    )
+    group.add_argument(
+        "--stop-at",
+        nargs="+",
+        metavar="KIND",
+        help="--follow: end branches at the first bifurcation of these kinds, such as branch-point",
+    )
+    group.add_argument(
+        "--switch",
+        nargs="+",
+        type=shared.whole,
+        metavar="N",
+        help="--follow: also the branches that leave the bifurcations of these numbers of the "
+        "list, a period doubling or a branch point; those of a new branch are numbered on",
     )
     group.add_argument(
         "--value",
@@ -206,6 +222,7 @@ def _no_motion(request: shared.Request, found: NotFound) -> ExitCode:
 
 def _follow(request: shared.Request, system: System) -> ExitCode:
     options = request.options
+    branches.check(options)
     drawn = request.drawn((*AT_IMPACTS, *AT_STOPS))
     word, *ends = options.follow
     name = shared.chosen_name("--follow", word, request.names)
@@ -218,16 +235,11 @@ def _follow(request: shared.Request, system: System) -> ExitCode:
     motion = _motion(request, system)
     if isinstance(motion, NotFound):
         return _no_motion(request, motion)
-    steps = {} if options.max_step is None else {"max_step": options.max_step}
-    parameter: dict[str, Any] = {name: (first, last)}
-    branch, interrupted = outputs.partial_on_interrupt(
-        lambda: follow_motion(motion, **steps, **request.units, **parameter)
-    )
-    _write_branch(options, branch, drawn)
-    if interrupted is not None:
-        raise interrupted
-    broken = any(end in _BROKEN_OFF for end in branch.ends)
-    return ExitCode.INCOMPLETE if broken else ExitCode.DONE
+    followed = branches.follow(options, motion, {name: (first, last), **request.units})
+    branches.write(options, followed, (first, last), drawn)
+    if followed.interrupted is not None:
+        raise followed.interrupted
+    return followed.code
 
 
 def _write(
@@ -276,62 +288,3 @@ def _plot(motions: Sequence[Any], path: Path, units: Units | None) -> None:
             plot.orbit(motion, legend=False, axes=row, units=units)
             row[0].set_title(f"{motion.label}, {table.verdict(motion)}", loc="left")
             row[-1].set_title("", loc="left")
-
-
-def _write_branch(options: argparse.Namespace, branch: Branch, drawn: dict[str, Any]) -> None:
-    """Write and print a branch: its points, then its bifurcations."""
-    write = outputs.Writing()
-    if options.csv:
-        points = (
-            ("point", value, piece.motion(k))
-            for piece in branch.pieces
-            for k, value in enumerate(piece.values.tolist())
-        )
-        special = ((found.kind, found.value, found.motion) for found in branch.bifurcations)
-        rows = [
-            {"kind": kind, branch.parameter: value, **table.csv_row(motion, options.units)}
-            for kind, value, motion in itertools.chain(points, special)
-        ]
-        names = [*rows[0]] if rows else ["kind", branch.parameter, *table.CSV_NAMES]
-        write(outputs.write_csv, options.csv, names, (row.values() for row in rows))
-    if options.plot and branch.pieces:
-        write(_plot_branch, branch, options.plot, drawn, options.units)
-    stream = outputs.summary_stream(options)
-    heads = ["bifurcation", branch.parameter, "motion", "goes on as"]
-    printed = [
-        [_kind(found), repr(found.value), found.motion.label, _legs(found.goes_on)]
-        for found in branch.bifurcations
-    ]
-    outputs.print_table([heads, *printed], stream)
-    if any(found.goes_on for found in branch.bifurcations):
-        print("goes on as: the events of the motion beyond a border, in order", file=stream)
-    labels = ", ".join(dict.fromkeys(piece.label for piece in branch.pieces))
-    print(f"motions {labels}; {len(branch.values)} points", file=stream)
-    print(f"ends: {'; '.join(branch.ends)}", file=stream)
-    for place, why in zip(("first", "last"), branch.why_not, strict=True):
-        if why:
-            print(f"{place} end: {why}", file=stream)
-    write.end()
-
-
-def _kind(found: Bifurcation) -> str:
-    """Name the kind, of a branch point also how the branches cross."""
-    return f"{found.kind} ({found.branching})" if found.branching else found.kind
-
-
-def _legs(legs: Iterable[Leg | StopLeg]) -> str:
-    """Name legs in their order: 18 x frictionless, impact:slip:+-."""
-    # Without friction an impact is told by its regime; of a structure by its stop, too.
-    texts = (
-        "frictionless" if isinstance(leg, Leg) and leg.regime == Regime.FRICTIONLESS else str(leg)
-        for leg in legs
-    )
-    counted = ((len([*same]), text) for text, same in itertools.groupby(texts))
-    return ", ".join(text if number == 1 else f"{number} x {text}" for number, text in counted)
-
-
-def _plot_branch(branch: Branch, path: Path, drawn: dict[str, Any], units: Units | None) -> None:
-    from .. import plot
-
-    with outputs.figure(path, 7.1, 4.0) as figure:
-        plot.branches(branch, ax=figure.subplots(), units=units, **drawn)
