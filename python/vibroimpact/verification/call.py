@@ -20,7 +20,7 @@ from .watch import Watch, progress_bar
 if TYPE_CHECKING:
     from flint import arb
 
-    from .motion import Pass
+    from .passes import Pass
     from .stretches import Rows
 
 #: Digits that may be asked for: a double has hardly more. Users see this limit.
@@ -105,7 +105,7 @@ def verify(
     max_events = count("max_events", max_events, least=1)
     progress = flag("progress", progress)
     need_flint()
-    from .motion import FIRST, Pass
+    from .passes import FIRST, Pass
 
     try:
         parts = stretches(run, max_events)
@@ -142,7 +142,8 @@ class _Span:
     def exact(self, watch: Watch, max_precision: int) -> Pass:
         """The exact motion."""
         from ..reference.flight import exact
-        from .motion import Problem, exact_motion, exact_system
+        from .motion import Problem, exact_system
+        from .passes import exact_motion
 
         assert isinstance(self.run, Run)
         system = self.run.system
@@ -156,7 +157,7 @@ class _Span:
             watch=watch,
             most_impacts=self.max_events,
         )
-        return exact_motion(problem, self.run.impact_count, max_precision)
+        return exact_motion(problem, max_precision)
 
     def compare(
         self, beside: Sequence[tuple[Rows, Pass]], exact: Pass, digits: int
@@ -243,7 +244,8 @@ class _StructureSpan(_Span):
     def exact(self, watch: Watch, max_precision: int) -> Pass:
         """The exact motion."""
         from ..reference.flight import exact
-        from .structure_motion import StructureProblem, exact_structure, exact_structure_motion
+        from .passes import exact_motion
+        from .structure_motion import StructureProblem, exact_structure
         from .structure_sizes import window
 
         assert isinstance(self.run, StructureRun)
@@ -258,7 +260,7 @@ class _StructureSpan(_Span):
             most=self.max_events,
             window=min(window(structure.frequencies, structure.drive_frequency), self.end or 1.0),
         )
-        return exact_structure_motion(problem, self.run.impact_count, max_precision)
+        return exact_motion(problem, max_precision)
 
     def compare(
         self, beside: Sequence[tuple[Rows, Pass]], exact: Pass, digits: int

@@ -31,7 +31,7 @@ from .columns import (
     SECTION_DTYPE,
 )
 from .judged import Judged, distance, right_digits, turned
-from .motion import Entry, Pass
+from .passes import Entry, Pass
 from .result import Disagreement, Verification
 from .sizes import Sizes
 from .stretches import Rows, Stretches

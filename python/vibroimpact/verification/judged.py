@@ -16,7 +16,9 @@ from flint import arb
 
 from ..run import EventKind
 from .columns import MOST_DIGITS
-from .motion import DEAD_ENDS, Entry, Pass, pairs
+from .motion import DEAD_ENDS
+from .pairs import pairs
+from .passes import Entry, Pass
 from .result import Disagreement
 from .stretches import Rows, final_numbers
 
@@ -135,7 +137,7 @@ class Judged(ABC):
     def _cut_in_chatter(self, told: Sequence[tuple[str, int]], entries: Sequence[Entry]) -> bool:
         """Whether a run that ends before a chatter only lists more of its impacts.
 
-        Which impacts are listed depends on tolerances, as in motion.pairs.
+        Which impacts are listed depends on tolerances, as in pairs.py.
         """
         if not entries or entries[0].kind != "chatter" or any(k != "impact" for k, _ in told):
             return False

@@ -2,7 +2,9 @@
 
 Every flight, slide and stick gives the state at any time. Three things are taken from it: the
 states at the sections, the one at the end of the run, and rough values, in few bits and often
-enough that their largest is the size of the motion.
+enough that their largest is the size of the motion. A state at a time that is not certainly before
+or after an event is None: whether it lies there, or the balls are too wide to tell, is for
+passes.py to say.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 from flint import arb, ctx
 
@@ -19,6 +22,7 @@ from ..reference.flight import System as ExactSystem
 from ..reference.samples import Samples
 from .watch import OWN_PERIOD, Watch
 
+S = TypeVar("S")
 #: Times at which the motion is looked at in a window, and the bits for that.
 _LOOKS, _ROUGH = 32, 64
 #: A window is no longer than so many periods of body 2 alone, however slow drive or pendulum are.
@@ -36,25 +40,29 @@ class Parted(Exception):
     """The run has left the motion for good."""
 
 
-class Path(Samples[State]):
-    """Collects the states at sections; None where one is too close to an event, or skipped.
+class Unproved(Exception):
+    """Nothing is proved from here on."""
 
-    `final` is the state at the time `end`, None likewise; `looks` has time, x1, v1, x2, v2 of each
-    look, one after the other.
+
+class Watched(Samples[S]):
+    """Collects the states at sections; None where one is not known.
+
+    `final` is the state at the time `end`, None likewise; `looks` has the time and the numbers of
+    each look, one after the other. `sections` of the `times` are looked at by `watch`.
     """
 
-    states: list[State | None]  # type: ignore[assignment]
+    states: list[S | None]  # type: ignore[assignment]
 
     def __init__(
-        self, times: Sequence[arb], end: arb | None, watch: Watch, system: ExactSystem
+        self, times: Sequence[arb], end: arb, watch: Watch, numbers: Callable[[S], Sequence[arb]]
     ) -> None:
         super().__init__(times)
-        self.end, self.watch, self.window = end, watch, window(system)
-        self.final: State | None = None
+        self.end: arb | None = end
+        self.watch, self.numbers = watch, numbers
+        self.final: S | None = None
         self.looks = array("d")
-        self._reached = self._next = 0.0
 
-    def take(self, until: arb, state: Callable[[arb], State]) -> None:
+    def take(self, until: arb, state: Callable[[arb], S]) -> None:
         """States at the times before `until`."""
         self._look(until, state)
         if self.end is not None and not self.end > until:
@@ -67,14 +75,41 @@ class Path(Samples[State]):
             number = len(self.states)
             self.states.append(self._at(time, until, state))
             known = self.states[-1]
-            if known is not None and self.watch.section(number, time, known):
+            if known is not None and self.watch.section(number, time, self.numbers(known)):
                 raise Parted
 
-    def _at(self, time: arb, until: arb, state: Callable[[arb], State]) -> State | None:
+    def known(self) -> list[tuple[arb, ...] | None]:
+        """The numbers of the states."""
+        return [None if state is None else tuple(self.numbers(state)) for state in self.states]
+
+    def _at(self, time: arb, until: arb, state: Callable[[arb], S]) -> S | None:
         try:
             return state(time) if time < until else None
         except Undecided:
             return None
+
+    def _look(self, until: arb, state: Callable[[arb], S]) -> None:
+        """Rough values before `until`."""
+        raise NotImplementedError
+
+    def _take_down(self, time: float, state: Callable[[arb], S]) -> bool:
+        """One look; whether there is a state."""
+        try:
+            values = [float(q) for q in self.numbers(state(arb(time)))]
+        except Undecided:
+            return False
+        if all(map(math.isfinite, values)):
+            self.looks.extend((time, *values))
+        return True
+
+
+class Path(Watched[State]):
+    """The same for a System: looks only in the windows before sections and events."""
+
+    def __init__(self, times: Sequence[arb], end: arb, watch: Watch, system: ExactSystem) -> None:
+        super().__init__(times, end, watch, tuple)
+        self.window = window(system)
+        self._reached = self._next = 0.0
 
     def _look(self, until: arb, state: Callable[[arb], State]) -> None:
         """Rough values in the windows before the sections of a stretch, and before its end."""
@@ -92,11 +127,3 @@ class Path(Samples[State]):
                     time += step
                 self._next = time
         self._reached = stop
-
-    def _take_down(self, time: float, state: Callable[[arb], State]) -> None:
-        try:
-            values = [float(q) for q in state(arb(time))]
-        except Undecided:
-            return
-        if all(map(math.isfinite, values)):
-            self.looks.extend((time, *values))

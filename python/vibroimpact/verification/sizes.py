@@ -21,7 +21,7 @@ from flint import arb
 from numpy.typing import NDArray
 
 from ..reference.flight import System as ExactSystem
-from .motion import Pass
+from .passes import Pass
 from .path import LONGEST_WINDOW, window
 from .watch import OWN_PERIOD
 

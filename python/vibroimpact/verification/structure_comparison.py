@@ -20,7 +20,7 @@ from ..reference.structure import Structure as ExactStructure
 from .columns import structure_tables
 from .comparison import GRAZING, verification
 from .judged import Judged, distance, right_digits, turned
-from .motion import Entry, Pass
+from .passes import Entry, Pass
 from .result import Disagreement, Verification
 from .stretches import Rows, Stretches
 from .structure_motion import DEAD_ENDS, StructureEntry

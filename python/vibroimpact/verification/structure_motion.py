@@ -1,31 +1,26 @@
-"""The exact motion of a structure's run, by its reference, with sufficient precision.
+"""Passes over the exact motion of a structure, by its reference.
 
-As motion.py for a System: parameters and start are the exact doubles, enclosures where they reach,
-and after complete chatter, or where a sequence of impacts has no end, two passes that agree. A
-structure `from_modes` is followed in its modal coordinates.
+As motion.py for a System; enclosures end at complete chatter, and where a sequence of impacts has
+no end. A structure `from_modes` is followed in its modal coordinates.
 """
 
 from __future__ import annotations
 
-import itertools
-import math
-from array import array
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from flint import arb, ctx, fmpq
 
 from ..reference.contact import Undecided
-from ..reference.samples import Samples
-from ..reference.structure import Change, Impact, StructureRun
+from ..reference.structure import Change, Impact
 from ..reference.structure import Structure as ExactStructure
 from ..reference.structure.flow import vector
-from ..reference.structure.result import State, merged
+from ..reference.structure.result import State
 from ..reference.structure.simulate import Motion
 from ..structure import Structure
-from .motion import FIRST, GOOD, Entry, Pass, together
-from .path import Parted
+from .passes import Entry, Pass
+from .path import Parted, Unproved, Watched
 from .result import Early
 from .told import essential
 from .watch import Watch
@@ -35,8 +30,6 @@ DEAD_ENDS = ("painleve", "simultaneous", "sequence_cap", "several_frictional")
 _NAMES = {"frictional_contacts": "several_frictional"}
 #: Times at which the motion is looked at in a window, and the bits for that.
 _LOOKS, _ROUGH = 16, 64
-#: Bits that enclosures lose from impact to impact, as a first guess, and how precision rises.
-_LOST, _MORE, _FINER = 2, 2, 1.375
 
 
 @dataclass(frozen=True)
@@ -50,6 +43,17 @@ class StructureProblem:
     watch: Watch
     most: int
     window: float
+    #: The growth of differences is not measured.
+    nudges: None = None
+
+    @property
+    def spreads_until(self) -> float:
+        """As `passes.Followed`."""
+        return self.watch.spreads_until
+
+    def follow(self, bits: int, *, enclose: bool, nudge: str = "0") -> Pass:
+        """One pass, as `passes.Followed`; there is no `nudge`."""
+        return _follow(self, bits, enclose=enclose)
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,11 @@ class StructureEntry(Entry):
     """
 
     stop: int = -1
+
+    def is_like(self, other: Entry) -> bool:
+        """Whether an event of the same kind in another pass is this one."""
+        assert isinstance(other, StructureEntry)
+        return super().is_like(other) and self.stop == other.stop
 
     @property
     def size(self) -> int:
@@ -107,52 +116,28 @@ def exact_structure(structure: Structure) -> ExactStructure:
     return ExactStructure.parse(plain | {"stops": stops})
 
 
-class _Path(Samples[State]):
-    """States at the sections, and past the end; rough values of the motion in between.
-
-    `final` is the state at the end of the run; None if that is not certainly before or after an
-    event.
-    """
+class _Path(Watched[State]):
+    """States at the sections, at the end and past it; looks all the time."""
 
     def __init__(self, problem: StructureProblem) -> None:
-        *sections, past = problem.times()
-        super().__init__([*sections, past])
-        self.end: arb | None = problem.end()
-        self.final: State | None = None
-        self.sections = len(sections)
-        self.watch, self.step = problem.watch, problem.window / _LOOKS
-        self.looks = array("d")
-        self._next = 0.0
+        super().__init__(problem.times(), problem.end(), problem.watch, _flat)
+        self.step, self._next = problem.window / _LOOKS, 0.0
 
-    def take(self, until: arb, state: Callable[[arb], State]) -> None:
-        """States at the times before `until`."""
-        self._look(float(until), state)
-        if self.end is not None and not self.end > until:
-            self.final = state(self.end) if self.end < until else None
-            self.end = None
-        before = len(self.states)
-        super().take(until, state)
-        for number in range(before, min(len(self.states), self.sections)):
-            q, v = self.states[number]
-            if self.watch.section(number, self.times[number], (*q, *v)):
-                raise Parted
-
-    def _look(self, until: float, state: Callable[[arb], State]) -> None:
+    def _look(self, until: arb, state: Callable[[arb], State]) -> None:
         with ctx.workprec(_ROUGH):
-            while self._next < until:
-                try:
-                    q, v = state(arb(self._next))
-                except Undecided:  # within the end of a chatter
-                    self._next = until
+            while self._next < float(until):
+                if not self._take_down(self._next, state):
+                    self._next = float(until)  # within the end of a chatter
                     return
-                values = [float(value) for value in (*q, *v)]
-                if all(map(math.isfinite, values)):
-                    self.looks.extend((self._next, *values))
                 self._next += self.step
 
 
+def _flat(state: State) -> tuple[arb, ...]:
+    return (*state[0], *state[1])
+
+
 class _Followed(Motion):
-    """A motion that ends when the run has left it."""
+    """A motion that ends when the run has left it, or when an enclosure ends."""
 
     watch: Watch
     count = 0
@@ -167,119 +152,51 @@ class _Followed(Motion):
                     raise Parted
         return ending
 
+    def _keep(self) -> None:
+        if not self.enclose:
+            super()._keep()
 
-@dataclass(frozen=True)
-class _Done:
-    """One pass: what the reference found, and why it ended early.
+    def _unprove(self) -> None:
+        if self.enclose:
+            raise Unproved
+        super()._unprove()
 
-    `final` is the state at the end of the run, None if it is not known, `last` that at the time
-    `now`, where the pass ends.
-    """
 
-    run: StructureRun
-    looks: array[float]
-    now: float
-    last: tuple[arb, ...]
-    final: tuple[arb, ...] | None
+def _follow(problem: StructureProblem, bits: int, *, enclose: bool) -> Pass:
     stopped: Early | Literal[""] = ""
-    detail: str = ""
-
-    def narrow(self) -> bool:
-        """Whether all of it is known well enough."""
-        return _known(self.run) == (len(self.run.story), len(self.run.states))
-
-    def proved(self) -> bool:
-        """Whether all of it encloses the exact motion."""
-        run = self.run
-        return run.proved == len(run.story) and run.proved_states == len(run.states)
-
-
-def _follow(problem: StructureProblem, bits: int) -> _Done:
-    """One pass; `stopped` says what ended it early, also Ctrl-C."""
-    stopped: Early | Literal[""] = ""
-    detail = ""
+    detail = ending = ""
+    structure = problem.structure
     problem.watch.begin(bits)
     with ctx.workprec(bits):
         path = _Path(problem)
-        motion = _Followed(problem.structure, problem.start, path, problem.most)
+        motion = _Followed(structure, problem.start, path, problem.most, enclose=enclose)
         motion.watch = problem.watch
         try:
-            run = motion.run()
+            ending = motion.run().ending
         except Parted:
             stopped, detail = "lost", "the run has parted from the exact motion for good"
+        except Unproved:
+            stopped, detail = "unproved", "complete chatter, or a sequence without end"
         except Undecided as doubt:
             stopped, detail = "undecided", str(doubt)
         except ValueError as error:
             stopped, detail = "undecided" if motion.story else "start", str(error)
         except KeyboardInterrupt:
             stopped, detail = "interrupted", "interrupted"
-        if stopped:
-            # `merged` takes runs that end at their cap as far as both go
-            run = motion.so_far("event_cap")
-        elif run.ending == "event_cap":
+        if ending == "event_cap":
             stopped, detail = "event_cap", f"more than {problem.most} events (max_events)"
-        last = vector(motion.z, 0, 2 * motion.size)
-        final = path.final and (*path.final[0], *path.final[1])
-        return _Done(run, path.looks, float(motion.now), last, final, stopped, detail)
-
-
-def exact_structure_motion(problem: StructureProblem, impacts: int, max_precision: int) -> Pass:
-    """The exact motion, for a run of about so many impacts; with `interrupted` what there is."""
-    bits = min(max_precision, _rounded(FIRST + _LOST * min(impacts, 100)))
-    while True:
-        done = _follow(problem, bits)
-        if done.stopped in ("interrupted", "start"):
-            return _as_pass(done, problem)
-        if not done.proved():
-            finer = _follow(problem, _rounded(_FINER * bits))
-            if finer.stopped == "interrupted":
-                return _as_pass(_proved(done, "interrupted", "interrupted"), problem)
-            try:
-                done = _merged(done, finer)
-            except Undecided as doubt:
-                done = _proved(done, "undecided", str(doubt))
-        if done.stopped != "undecided" and done.narrow():
-            return _as_pass(done, problem)
-        if _MORE * bits > max_precision:
-            if done.stopped != "undecided":
-                detail = f"{bits} bits are too few"
-                done = replace(done, stopped="precision_cap", detail=detail)
-            return _as_pass(done, problem)
-        bits *= _MORE
-
-
-def _merged(done: _Done, finer: _Done) -> _Done:
-    """A pass with its differences to a finer one as errors, where it is no enclosure."""
-    run = merged(done.run, finer.run)
-    with ctx.workprec(finer.run.precision):
-        last = together(done.last, finer.last)
-        final = done.final and finer.final and together(done.final, finer.final)
-    return replace(done, run=run, last=last, final=final)
-
-
-def _proved(done: _Done, stopped: Early, detail: str) -> _Done:
-    """The part of a pass that is proved."""
-    run = done.run
-    story, states = run.story[: run.proved], run.states[: run.proved_states]
-    return replace(
-        done, run=replace(run, story=story, states=states), final=None, stopped=stopped,
-        detail=detail,
-    )  # fmt: skip
-
-
-def _known(run: StructureRun) -> tuple[int, int]:
-    """How many events, and states, are known well enough, up to the first that is not."""
-    events = (_narrow((told.time, *_numbers(told))) for told in run.story)
-    states = (_narrow((*q, *v)) for q, v in run.states)
-    return _first_false(events), _first_false(states)
-
-
-def _first_false(good: Iterable[bool]) -> int:
-    return sum(1 for _ in itertools.takewhile(bool, good))
-
-
-def _narrow(values: Sequence[arb]) -> bool:
-    return max(float(value.rad()) for value in values) < GOOD
+        done = Pass(
+            bits, _entries(structure, motion.story, enclose), path.known()[: len(path.times) - 1],
+            len(path.states) if enclose else 0, stopped, detail,
+            last=vector(motion.z, 0, 2 * motion.size), proved_final=enclose, looks=path.looks,
+            blur=motion.width(),
+        )  # fmt: skip
+        if path.final is not None:
+            done = replace(done, final=_flat(path.final))
+        ending = _NAMES.get(ending, ending)
+        if ending in DEAD_ENDS and not stopped:
+            done = replace(done, ends=float(motion.now), ending=ending)
+    return done
 
 
 def _numbers(told: Impact | Change) -> tuple[arb, ...]:
@@ -289,32 +206,13 @@ def _numbers(told: Impact | Change) -> tuple[arb, ...]:
     return (*q, *v, *v)
 
 
-def _as_pass(done: _Done, problem: StructureProblem) -> Pass:
-    """A pass as far as it is known well enough."""
-    run, count = done.run, len(problem.times()) - 1
-    events, states = _known(run)
-    with ctx.workprec(run.precision):
-        entries = _entries(problem.structure, run, events)
-        samples = [(*q, *v) for q, v in run.states[:states]]
-    found = Pass(
-        run.precision, [*entries], samples[:count], min(run.proved_states, count), done.stopped,
-        done.detail, last=done.last, proved_final=done.proved(), looks=done.looks,
-    )  # fmt: skip
-    if events == len(run.story):
-        found = replace(found, final=done.final)
-    ending = _NAMES.get(run.ending, run.ending)
-    if ending in DEAD_ENDS and not done.stopped:
-        found = replace(found, ends=done.now, ending=ending)
-    return found
-
-
-def _entries(structure: ExactStructure, run: StructureRun, count: int) -> list[StructureEntry]:
-    """The first events of a run, without rows that only say what impacts did to closed stops."""
+def _entries(
+    structure: ExactStructure, story: Sequence[Impact | Change], proved: bool
+) -> list[StructureEntry]:
+    """The events of a motion, without rows that only say what impacts did to closed stops."""
     entries: list[StructureEntry] = []
     after: tuple[arb, ...] = ()
-    story = run.story[:count]
     for place, told in enumerate(story):
-        proved = place < run.proved
         values = (told.time, *_numbers(told))
         if isinstance(told, Change):
             entries.append(StructureEntry(told.kind, values, certified=proved, stop=told.stop))
@@ -358,7 +256,3 @@ def _at_once(beside: Sequence[Impact | Change], told: Impact) -> bool:
         )
         for other in beside
     )
-
-
-def _rounded(bits: float) -> int:
-    return 64 * math.ceil(bits / 64)

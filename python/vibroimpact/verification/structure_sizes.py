@@ -20,7 +20,7 @@ from flint import arb
 from numpy.typing import NDArray
 
 from ..reference.structure import Structure as ExactStructure
-from .motion import Pass
+from .passes import Pass
 from .structure_motion import StructureEntry
 
 #: Rounding in one coordinate reaches those that it is coupled with: the part of the whole motion

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from .motion import HOLDS
+from .pairs import HOLDS
 
 _LOW = 2.0**-32
 

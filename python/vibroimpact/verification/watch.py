@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 _PARTED, _FAR = 40, 0.01
 #: The size of the motion is the largest value at so many sections in a row.
 _AROUND = 5
+#: Sections of a periodic motion agree to this part of their size.
+_RETURNED = 1e-6
 #: The unit of times where the drive is slower or constant: a period of body 2 alone.
 OWN_PERIOD = 2.0 * math.pi
 
@@ -63,6 +65,18 @@ class Watch:
     def settles(self) -> bool:
         """Whether the run ends on a periodic motion."""
         return any(run.period.m is not None for run in self.runs)
+
+    @cached_property
+    def spreads_until(self) -> float:
+        """The time from which the run is periodic, so that differences grow no more; or its end."""
+        end = float(self.runs[0].final_state.time)
+        turn = next((run.period.m for run in self.runs if run.period.m is not None), None)
+        if turn is None or not turn < len(self.sections):
+            return end
+        size = np.abs(self.sections).max(axis=0)
+        apart = np.abs(self.sections[turn:] - self.sections[:-turn]) > _RETURNED * size
+        last = np.flatnonzero(apart.any(axis=1))[-1:].sum() + turn
+        return min(end, float(self.first_section + last + 1) * self.period)
 
     @cached_property
     def _far(self) -> NDArray[np.float64]:

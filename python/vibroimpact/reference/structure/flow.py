@@ -100,7 +100,7 @@ class Generator:
 
 
 class Flow:
-    """The motion z(t) from z(0) = `start` under a generator."""
+    """The motion z(t) from z(0) = `start` under a generator; of several columns at a time."""
 
     def __init__(self, generator: Generator, start: arb_mat) -> None:
         self.generator, self.start = generator, start
@@ -148,7 +148,7 @@ class Flow:
             term = matrix * term * (s / k)
             total = total + term
         blur = arb(0, (bound * small.exp() * biggest).upper())
-        return total + _filled(total.nrows(), blur)
+        return total + _filled(total.nrows(), total.ncols(), blur)
 
     def wide(self, centre: fmpq, h: fmpq) -> arb_mat:
         """Enclosure of z(t) for all |t - centre| <= h.
@@ -201,8 +201,8 @@ class Watched:
         return series
 
 
-def _filled(size: int, value: arb) -> arb_mat:
-    return arb_mat(size, 1, [value] * size)
+def _filled(rows: int, columns: int, value: arb) -> arb_mat:
+    return arb_mat(rows, columns, [value] * (rows * columns))
 
 
 def vector(state: arb_mat, start: int, stop: int) -> tuple[arb, ...]:

@@ -21,7 +21,7 @@ from itertools import combinations
 from flint import arb, arb_mat, fmpq
 
 from ..contact import Undecided
-from ..impact import PlanarImpact
+from ..impact import Path, PlanarImpact
 from .flow import column, vector
 from .hold import Hold, settled
 from .model import Structure
@@ -62,6 +62,7 @@ class Struck:
 
     `rates`: the approach velocity afterwards of each stop that touches, 0 exactly where it stays.
     `ending`: simultaneous or sequence_cap, if the run ends there. `enclosed`: nothing was rounded.
+    `together`: the impacts are one, else one follows the other.
     """
 
     impacts: list[StopImpact]
@@ -69,6 +70,7 @@ class Struck:
     rates: dict[int, arb]
     ending: str | None = None
     enclosed: bool = True
+    together: bool = False
 
 
 def strike(hold: Hold, struck: Sequence[int], held: Sequence[int], z: arb_mat) -> Struck:
@@ -92,28 +94,39 @@ def strike(hold: Hold, struck: Sequence[int], held: Sequence[int], z: arb_mat) -
 def impact_on(hold: Hold, j: int, z: arb_mat, u: arb) -> StopImpact:
     """The impact on one stop with the approach velocity `u`."""
     structure, stop, n = hold.structure, hold.structure.stops[j], hold.structure.size
-    a = arb(structure.coupling(stop.normal, stop.normal))
-    b, c, s = arb(0), arb(1), arb(0)
-    if stop.tangent is not None:
-        b = arb(structure.coupling(stop.normal, stop.tangent))
-        c = arb(structure.coupling(stop.tangent, stop.tangent))
-        s = _rounded((structure.slip_row(j) * z)[0, 0])
-    planar = PlanarImpact(arb(stop.restitution), arb(stop.friction), b, c, a - b**2 / c)
-    path = planar.path(structure.law, s, u - b / c * s)
-    tangential = arb(0)
+    path, tangential, u_post = planar(structure, j, u, slip_at(hold, j, z))
     push = structure.push(stop.normal) * -path.impulse
     if stop.tangent is not None:
-        tangential = (path.s - s + b * path.impulse) / c
         push = push + structure.push(stop.tangent) * tangential
-    # exactly -r u where nothing bends: a plastic impact leaves 0
-    straight = path.regime in ("frictionless", "slip") or stop.restitution == 0
-    u_post = -arb(stop.restitution) * u if straight else path.w + b / c * path.s
     v_pre, v_post = vector(z, n, 2 * n), vector(z + push, n, 2 * n)
     own = (structure.stops[j].normal * column(v_pre))[0, 0] - u
     loss = _kinetic(structure, v_pre) - _kinetic(structure, v_post) - path.impulse * own
     return StopImpact(
         j, v_pre, v_post, u, u_post, path.regime, path.impulse, tangential, path.s, loss
     )
+
+
+def slip_at(hold: Hold, j: int, z: arb_mat) -> arb:
+    """The velocity of slip with which an impact begins; 0 without friction."""
+    if hold.structure.stops[j].tangent is None:
+        return arb(0)
+    return _rounded((hold.structure.slip_row(j) * z)[0, 0])
+
+
+def planar(structure: Structure, j: int, u: arb, s: arb) -> tuple[Path, arb, arb]:
+    """The path of an impact with the velocities u and s, tangential impulse, u afterwards."""
+    stop = structure.stops[j]
+    a = arb(structure.coupling(stop.normal, stop.normal))
+    b, c = arb(0), arb(1)
+    if stop.tangent is not None:
+        b = arb(structure.coupling(stop.normal, stop.tangent))
+        c = arb(structure.coupling(stop.tangent, stop.tangent))
+    impact = PlanarImpact(arb(stop.restitution), arb(stop.friction), b, c, a - b**2 / c)
+    path = impact.path(structure.law, s, u - b / c * s)
+    tangential = arb(0) if stop.tangent is None else (path.s - s + b * path.impulse) / c
+    # exactly -r u where nothing bends: a plastic impact leaves 0
+    straight = path.regime in ("frictionless", "slip") or stop.restitution == 0
+    return path, tangential, -arb(stop.restitution) * u if straight else path.w + b / c * path.s
 
 
 def _simultaneous(structure: Structure, struck: Sequence[int], held: Sequence[int]) -> bool:
@@ -194,7 +207,8 @@ def _together(hold: Hold, rates: dict[int, arb], z: arb_mat) -> Struck:
                 )
                 for j in chosen
             ]  # fmt: skip
-            return Struck(impacts, z + push, {j: _rounded(rate) for j, rate in after.items()})
+            left = {j: _rounded(rate) for j, rate in after.items()}
+            return Struck(impacts, z + push, left, together=True)
     raise Undecided("no set of impulses fits")
 
 

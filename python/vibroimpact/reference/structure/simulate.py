@@ -22,6 +22,7 @@ from ..chatter import ANALYTIC, Accumulation, Bounce, Tail
 from ..contact import Contact, Undecided, first_contact, isolate
 from ..flight import Number, exact, rational
 from ..samples import Samples, no_state
+from .carried import Carried
 from .flow import Flow, Watched, column, vector
 from .hold import Ended, Hold, Mode, Watch, certain
 from .impulses import StopImpact, Struck, strike
@@ -103,7 +104,10 @@ def simulate_structure(
 
 
 class Motion:
-    """One run at the present precision: its start exact, `samples` to fill, most entries."""
+    """One run at the present precision: its start exact, `samples` to fill, most entries.
+
+    Without `enclose` states are rounded from the start on.
+    """
 
     def __init__(
         self,
@@ -111,6 +115,8 @@ class Motion:
         start: Sequence[Sequence[fmpq]],
         samples: Samples[State],
         most: int,
+        *,
+        enclose: bool = True,
     ) -> None:
         self.structure, self.start, self.samples, self.most = structure, start, samples, most
         self.size = structure.size
@@ -126,8 +132,10 @@ class Motion:
         self.held: tuple[int, ...] = ()
         self.touching: dict[int, int] = {}
         self.still = False
-        self.proved: tuple[int, int] | None = None
+        self.enclose = enclose
+        self.proved: tuple[int, int] | None = None if enclose else (0, 0)
         self.rounded = False
+        self.carried = Carried(structure, self.now, self.z) if enclose else None
 
     def run(self) -> StructureRun:
         """To the end."""
@@ -138,6 +146,10 @@ class Motion:
         if self.rounded and not limits and self.tail.falling < _LIKELY:
             raise Undecided("a state that lost its digits, in what was no chatter")
         return self.so_far(ending)
+
+    def width(self) -> float:
+        """The largest radius of time and state."""
+        return max(float(value.rad()) for value in (self.now, *self.z.entries()))
 
     def so_far(self, ending: str) -> StructureRun:
         """What is known by now."""
@@ -184,6 +196,9 @@ class Motion:
         if found is None or self.samples.full():
             return "completed"
         self.now, self.z = then, flow.state(found)
+        if self.carried:
+            self.carried.fly(flow, watches[0].row, found, self.now, self.z)
+            self.now, self.z = self.carried.narrowed(self.now, self.z)
         struck = [watch.stop for watch in watches if watch.event == "contact"]
         self._keep()
         self.touching = {}
@@ -243,13 +258,16 @@ class Motion:
         limit = self._tail(struck, done)
         if limit is not None:
             return self._limit(struck[0], limit)
-        if not done.enclosed and self.proved is None:
-            self.proved = len(self.story), len(self.samples.states)
+        if not done.enclosed:
+            self._unprove()
         q = vector(before, 0, self.size)
         passed = len(self.samples.states)
         for impact in done.impacts:
             self.story.append(Impact(**vars(impact), period=passed, time=self.now, q=q))
         self.z = done.z
+        if self.carried:
+            self.carried.strike(self.hold, struck, self.held, before, done, self.now)
+            _, self.z = self.carried.narrowed(self.now, self.z)
         if done.ending is not None:
             return done.ending
         closed = self.mode.closed
@@ -361,16 +379,21 @@ class Motion:
     def _keep(self) -> None:
         """Round a state that enclosures would not survive, in a chatter and from then on."""
         if self.proved is None:
-            worst = max(value.rad() for value in (self.now, *self.z.entries()))
-            if self.tail.falling < _LIKELY or worst < arb(2) ** -(ctx.prec * 5 // 8):
+            lost = self.width() > 2.0 ** -(ctx.prec * 5 // 8)
+            if self.tail.falling < _LIKELY or not lost:
                 return
             self.rounded = True
         self._round()
 
-    def _round(self) -> None:
-        """Time and state as midpoints, from here on without enclosure."""
+    def _unprove(self) -> None:
+        """From here on nothing encloses the exact motion."""
         if self.proved is None:
             self.proved = len(self.story), len(self.samples.states)
+        self.carried = None
+
+    def _round(self) -> None:
+        """Time and state as midpoints, from here on without enclosure."""
+        self._unprove()
         self.now = self.now.mid()
         turn = arb(self.structure.omega) * self.now
         middle = [value.mid() for value in vector(self.z, 0, 2 * self.size)]
