@@ -18,7 +18,7 @@ import pytest
 import vibroimpact as vi
 from systems import PAPER, STICKY
 from vibroimpact.system import SYMBOLS
-from vibroimpact.verification import motion
+from vibroimpact.verification import motion, passes
 from vibroimpact.verification.columns import IMPACT_NUMBERS
 
 pytest.importorskip("flint", reason="verification needs python-flint")
@@ -309,14 +309,14 @@ def test_a_dead_end_of_the_run_alone_is_found(periodic, monkeypatch, reason):
 
 
 def test_a_dead_end_of_the_exact_motion_alone_is_found(periodic, monkeypatch):
-    follow = motion.follow
+    follow = motion.Problem.follow
     time = float(periodic.impacts["time"][7])
 
     def ending(*given, **options):
         done = follow(*given, **options)
         return dataclasses.replace(done, entries=done.entries[:8], ends=time + 0.1)
 
-    monkeypatch.setattr(motion, "follow", ending)
+    monkeypatch.setattr(motion.Problem, "follow", ending)
     found = vi.verify(periodic)
     assert (found.stopped, found.horizon.event) == ("sequence", "stop")
     assert found.horizon.time == time + 0.1
@@ -326,7 +326,7 @@ def test_a_dead_end_of_the_exact_motion_alone_is_found(periodic, monkeypatch):
 
 def test_a_cap_on_precision_ends_it(periodic, monkeypatch):
     # a reference as good as this would need more bits than are allowed
-    monkeypatch.setattr(motion, "GOOD", 1e-300)
+    monkeypatch.setattr(passes, "GOOD", 1e-300)
     found = vi.verify(periodic, max_precision=512)
     assert found.stopped == "precision_cap"
     assert not found.holds

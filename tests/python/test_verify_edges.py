@@ -9,7 +9,9 @@ import pytest
 import sizes
 import vibroimpact as vi
 from systems import PAPER, ROUGH, STICKY
-from vibroimpact.verification import motion
+from vibroimpact.verification import passes
+from vibroimpact.verification.motion import Path, Problem
+from vibroimpact.verification.pairs import pairs
 from vibroimpact.verification.columns import FURTHER_NUMBERS
 from vibroimpact.verification.judged import right_digits
 
@@ -122,13 +124,13 @@ def test_a_graze_that_is_none_in_the_exact_motion_is_no_disagreement():
 
 
 def test_nothing_compared_neither_holds_nor_is_certified(monkeypatch):
-    follow = motion.follow
+    follow = Problem.follow
 
     def interrupted(*given, **options):
         done = follow(*given, **options)
-        return motion.Pass(done.bits, [], [], stopped="")
+        return passes.Pass(done.bits, [], [], stopped="")
 
-    monkeypatch.setattr(motion, "follow", interrupted)
+    monkeypatch.setattr(Problem, "follow", interrupted)
     run = vi.simulate(WALL.replace(gap=2.0), initial=(0, 1, 0, 0), time=20.0)
     found = vi.verify(run)
     assert (found.stopped, len(found.final)) == ("completed", 0)
@@ -305,12 +307,12 @@ def test_a_section_within_the_end_of_a_chatter_is_not_passed_over(monkeypatch):
     run = simulated(STICKY, periods=1)
     found = vi.verify(run)
     assert (found.stopped, found.holds) == ("completed", True)
-    path = motion.Path._at
+    path = Path._at
 
     def unknown(self, time, until, state):
         return None if time is self.times[0] else path(self, time, until, state)
 
-    monkeypatch.setattr(motion.Path, "_at", unknown)
+    monkeypatch.setattr(Path, "_at", unknown)
     found = vi.verify(run)
     assert (found.stopped, found.holds, len(found.sections)) == ("undecided", False, 0)
     assert "section 0 (time 25.1327) lies at an event" in found.stop_detail
@@ -401,4 +403,4 @@ def test_events_that_belong_together(told, exact, last):
         "i": "impact", "c": "chatter", "S": "slide_positive", "N": "slide_negative", "r": "release"
     }  # fmt: skip
     spelled = [[names[letter] for letter in word] for word in (told, exact)]
-    assert list(motion.pairs(*spelled))[-1] == last
+    assert list(pairs(*spelled))[-1] == last

@@ -21,12 +21,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import mul
 
-import numpy as np
 from flint import arb, arb_mat, ctx
 
 #: Bits of derivatives and axes.
 LOW = 128
+#: What is left of a unit vector that depends on others.
+_DEPENDENT = 1e-8
 
 
 @dataclass(frozen=True)
@@ -53,12 +55,12 @@ class Parallelotope:
         """
         size = len(image)
         centre = tuple(value.mid() for value in image)
-        rest = arb_mat(size, 1, [value - middle for value, middle in zip(image, centre)])
+        rest = arb_mat(size, 1, [value - middle for value, middle in zip(image, centre, strict=True)])
         found = _axes(spread, reach)
         if found is None:
             return None
         with ctx.workprec(LOW):
-            axes = arb_mat(size, size, [arb(value) for value in found.ravel().tolist()])
+            axes = arb_mat(found).transpose()
             try:
                 inverse = axes.inv()
             except ZeroDivisionError:
@@ -71,17 +73,35 @@ class Parallelotope:
         return [c + q for c, q in zip(self.centre, (self.axes * self.reach).entries(), strict=True)]
 
 
-def _axes(spread: arb_mat, reach: arb_mat) -> np.ndarray | None:
+def _axes(spread: arb_mat, reach: arb_mat) -> list[list[float]] | None:
     """Orthogonal axes of the columns of `spread`, that of the longest edge first, as floats."""
     size = spread.nrows()
-    columns = np.array([[float(q.mid()) for q in row] for row in spread.tolist()])
-    if not np.isfinite(columns).all():
+    columns = [[float(q) for q in row] for row in spread.mid().transpose().tolist()]
+    lengths = [math.hypot(*column) for column in columns]
+    if not all(map(math.isfinite, lengths)):
         return None
-    lengths = np.abs(columns).max(axis=0)
-    order = sorted(range(size), key=lambda k: -_exponent(reach[k, 0], float(lengths[k])))
-    scaled = columns[:, order] / np.where(lengths[order] > 0.0, lengths[order], 1.0)
-    axes: np.ndarray = np.linalg.qr(scaled)[0]
-    return axes if np.isfinite(axes).all() else None
+    axes: list[list[float]] = []
+    for k in sorted(range(size), key=lambda k: -_exponent(reach[k, 0], lengths[k])):
+        if lengths[k] > 0.0:
+            _add(axes, [value / lengths[k] for value in columns[k]])
+    while len(axes) < size:
+        # the motion has lost a direction: that of the coordinate that is least in the others
+        squares = [sum(axis[i] ** 2 for axis in axes) for i in range(size)]
+        least = squares.index(min(squares))
+        _add(axes, [float(i == least) for i in range(size)])
+    return axes
+
+
+def _add(axes: list[list[float]], unit: list[float]) -> None:
+    """Another axis, orthogonal to those there are; none if it depends on them (Gram, Schmidt)."""
+    left = unit
+    for _ in range(2):
+        for axis in axes:
+            part = sum(map(mul, axis, left))
+            left = [q - part * p for p, q in zip(axis, left, strict=True)]
+    length = math.hypot(*left)
+    if length > _DEPENDENT:
+        axes.append([value / length for value in left])
 
 
 def _exponent(reach: arb, length: float) -> float:
