@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat
 
+from .contact import Undecided
+
 
 @dataclass(frozen=True, eq=False)
 class Dual:
@@ -32,6 +34,21 @@ class Dual:
         """The square root."""
         root = self.value.sqrt()
         return Dual(root, self.row * (1 / (2 * root)))
+
+    def sin(self) -> Dual:
+        """The sine."""
+        return Dual(self.value.sin(), self.row * self.value.cos())
+
+    def cos(self) -> Dual:
+        """The cosine."""
+        return Dual(self.value.cos(), self.row * -self.value.sin())
+
+    def __abs__(self) -> Dual:
+        if self.value > 0:
+            return self
+        if self.value < 0:
+            return -self
+        raise Undecided("a sign in a derivative")
 
     def __neg__(self) -> Dual:
         return Dual(-self.value, -self.row)

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 
 from flint import arb, ctx, fmpq
 
+from .carried import Carried
 from .chatter import ANALYTIC, Bounce, Tail
 from .contact import Undecided, first_contact
 from .flight import Flight, Number, State, System, exact, rational
@@ -122,6 +123,8 @@ class Motion:
         self.impacts = 0
         self.now = arb(0)
         self.x1, self.v1, self.x2, self.v2 = (arb(q) for q in self.start)
+        state = (self.x1, self.v1, self.x2, self.v2)
+        self.carried = Carried(system, self.phase, self.now, state) if enclose else None
         #: Derivatives of g, from g itself on, that vanish at the start of the next flight.
         self.touching = 0
 
@@ -173,8 +176,13 @@ class Motion:
             self.samples.take(then, state)
             if found.time is None or self.samples.full():
                 return "completed"
-            self.now = self._kept(then)
+            began, self.now = self.now, self._kept(then)
             self.x1, self.v1, self.x2, self.v2 = map(self._kept, flight.state(found.time))
+            if self.carried and self.enclosing:
+                state = (self.x1, self.v1, self.x2, self.v2)
+                self.carried.fly(flight, began, found.time, self.now, state)
+                self.now, state = self.carried.narrowed(self.now, state)
+                self.x1, self.v1, self.x2, self.v2 = state
             ending = self._impact()
             if ending is not None:
                 return ending
@@ -206,6 +214,11 @@ class Motion:
             return self._contact(self._touch(), "chatter", limit.error())
         passed, x2, pre = len(self.samples.states), self._state()[2], (self.v1, self.v2)
         self.v1, self.v2 = self._kept(outcome.v1), self._kept(outcome.v2)
+        if self.carried and self.enclosing:
+            after = (self.x1, self.v1, x2, self.v2)
+            before = (self.x1, pre[0], x2, pre[1])
+            self.carried.strike(self.law, before, outcome.regime, self.now, after)
+            _, (_, self.v1, _, self.v2) = self.carried.narrowed(self.now, after)
         post = (self.v1, self.v2, outcome.regime, outcome.impulse)
         self._tell(Event(passed, self.now, self.x1, pre[0], x2, pre[1], *post))
         if system.r == 0 or (self.at_rest and self.v1.is_zero()):

@@ -68,6 +68,30 @@ class Parallelotope:
             box = inverse * spread * reach + inverse * rest
             return cls(centre, axes, arb_mat(size, 1, [arb(0, abs(q).upper()) for q in box]))
 
+    def met(
+        self, image: Sequence[arb], spread: arb_mat, speed: arb_mat, row: arb_mat, missed: arb
+    ) -> Parallelotope | None:
+        """The set at the event h = 0 of a motion; None if it is not found.
+
+        `image`: where the centre is at some time near its event, and `missed` = h there. Balls for
+        all points and all times in between: `spread`, derivatives of the state by the start times
+        the axes; `speed`, its velocity; `row`, the gradient of h, which grows with time. Then
+        d tau = -row . spread r/(row . speed), and the centre's own time is `missed` wrong likewise.
+        """
+        with ctx.workprec(LOW):
+            slope = (row * speed)[0, 0]
+            if not slope > 0:
+                return None
+            spread = spread - speed * (row * spread * (1 / slope))
+            shift = speed * (-missed / slope)
+        moved = [p + q for p, q in zip(image, shift.entries(), strict=True)]
+        return self.around(moved, spread, self.reach)
+
+    def narrowed(self, values: Sequence[arb]) -> list[arb]:
+        """The narrower one of two balls of each number, those given or those that hold the set."""
+        pairs = zip(self.hull(), values, strict=True)
+        return [p if p.rad() < q.rad() else q for p, q in pairs]
+
     def hull(self) -> list[arb]:
         """The balls that hold it."""
         return [c + q for c, q in zip(self.centre, (self.axes * self.reach).entries(), strict=True)]

@@ -1,10 +1,8 @@
 """The second enclosure of a structure's state: a parallelotope of (q, q', t) along its motion.
 
-A piece of motion z' = G z from c to the event row . z = 0 changes
-    dz = e^{tau G} dz_0 + G z dtau,   dtau = -(row e^{tau G} dz_0)/(row G z),
-with dz_0 = (dq, dq', 0, -omega sin omega t dt, omega cos omega t dt). From the point c the event
-is reached to rounding, by Newton's method, and what is missing of it is shared out likewise. An
-impact changes velocities by impulses, whose derivatives follow from the law itself (dual.py).
+A piece of motion z' = G z takes dz_0 = (dq, dq', 0, -omega sin omega t dt, omega cos omega t dt) to
+dz = e^{tau G} dz_0 + G z dtau. From the centre the event is reached to rounding, by Newton's method.
+An impact changes velocities by impulses, whose derivatives follow from the law itself (dual.py).
 """
 
 from __future__ import annotations
@@ -35,18 +33,20 @@ class Carried:
 
     def narrowed(self, now: arb, z: arb_mat) -> tuple[arb, arb_mat]:
         """Time and state: the narrower one of two balls of each number."""
-        *state, time = self.set.hull()
+        *state, time = self.set.narrowed(self._numbers(now, z))
         turn = arb(self.structure.omega) * time
         found = [*state, arb(1), turn.cos(), turn.sin()]
-        kept = [
-            p if p.rad() < q.rad() else q for p, q in zip(found, z.entries(), strict=True)
-        ]
-        return (time if time.rad() < now.rad() else now), column(kept)
+        kept = [p if p.rad() < q.rad() else q for p, q in zip(found, z.entries(), strict=True)]
+        return time, column(kept)
 
-    def fly(self, flow: Flow, row: arb_mat, found: arb, now: arb, z: arb_mat) -> None:
-        """Go on to the event of a row at the time `found` of a flow, to the balls `now`, `z`."""
+    def fly(
+        self, flow: Flow, began: arb, row: arb_mat, found: arb, now: arb, z: arb_mat
+    ) -> None:
+        """Go on to the event of a row at the time `found` of a flow from the time `began`.
+
+        `now` and `z` are the balls there.
+        """
         generator, time = flow.generator, found.mid()
-        *_, began = self.set.centre
         mean = Flow(generator, self._centre())
         for step in range(_STEPS):
             there = mean.state(time)
@@ -58,43 +58,36 @@ class Carried:
                 break
             time = (time - missed / slope).mid()
         with ctx.workprec(LOW):
-            both, start = found.union(time), _hull(flow.start, self._centre())
-            moved = Flow(generator, self._lifted(start)).state(both)
-            speed = generator.matrix * Flow(generator, start).state(both)
-            slope = (row * speed)[0, 0]
-            if not slope > 0:
-                self.set = Parallelotope.box(self._numbers(now, z))
-                return
-            turn = row * moved * (-1 / slope)
-            spread = self._rows(moved + speed * turn, self.set.axes, turn)
-            late = -missed / slope
-            shifts = speed * late
-        image = self._numbers(began + time + late, there + shifts)
-        self._take(image, spread, now, z)
+            both, start = found.union(time), self._around(began, flow.start)
+            there_too = Flow(generator, start).state(both)
+            moved = self._rows(Flow(generator, self._lifted(start)).state(both))
+            speed = generator.matrix * there_too
+            velocity = column([*vector(speed, 0, 2 * self.size), arb(1)])
+            line = arb_mat([[*row.entries()[: 2 * self.size], self._over_time(row, there_too)]])
+        image = self._numbers(self.set.centre[-1] + time, there)
+        self._take(self.set.met(image, moved, velocity, line, missed), now, z)
 
     def strike(
         self, hold: Hold, struck: Sequence[int], held: Sequence[int], z: arb_mat, done: Struck,
         now: arb,
     ) -> None:  # fmt: skip
         """Go through the impacts that balls `z` have met."""
-        *_, time = self.set.centre
-        centre = self._centre()
         try:
-            point = strike(hold, struck, held, centre)
+            point = strike(hold, struck, held, self._centre())
             if _names(point) != _names(done):
                 raise Undecided("impacts at the centre")
             with ctx.workprec(LOW):
-                after = _after(hold, struck, (z, centre), (done, point), self._lifted(z))
+                before = self._around(now, z)
+                after = _after(hold, struck, before, (done, point), self._lifted(before))
         except (Undecided, ValueError):
             # too wide for one derivative
-            self.set = Parallelotope.box(self._numbers(now, done.z))
+            self._take(None, now, done.z)
             return
-        still = arb_mat(1, 2 * self.size + 1)
-        spread = self._rows(after, self.set.axes, still)
-        self._take(self._numbers(time, point.z), spread, now, done.z)
+        image, spread = self._numbers(self.set.centre[-1], point.z), self._rows(after)
+        self._take(Parallelotope.around(image, spread, self.set.reach), now, done.z)
 
-    def _take(self, image: list[arb], spread: arb_mat, now: arb, z: arb_mat) -> None:
-        found = Parallelotope.around(image, spread, self.set.reach)
+    def _take(self, found: Parallelotope | None, now: arb, z: arb_mat) -> None:
+        """The next set; if there is none, the balls."""
         self.set = found or Parallelotope.box(self._numbers(now, z))
 
     def _numbers(self, now: arb, z: arb_mat) -> list[arb]:
@@ -104,6 +97,14 @@ class Carried:
         *state, time = self.set.centre
         turn = arb(self.structure.omega) * time
         return column([*state, arb(1), turn.cos(), turn.sin()])
+
+    def _around(self, now: arb, z: arb_mat) -> arb_mat:
+        """Balls z that hold the centre as well, and all points in between."""
+        centre = self._centre()
+        turn = arb(self.structure.omega) * now.union(self.set.centre[-1])
+        pairs = zip(z.entries(), centre.entries(), strict=True)
+        *state, _, _ = (p.union(q) for p, q in pairs)
+        return column([*state, turn.cos(), turn.sin()])
 
     def _lifted(self, z: arb_mat) -> arb_mat:
         """The axes as changes of z."""
@@ -116,12 +117,15 @@ class Carried:
             lifted[n + 2, k] = omega * z[n + 1, 0] * axes[n, k]
         return lifted
 
-    def _rows(self, changes: arb_mat, axes: arb_mat, turn: arb_mat) -> arb_mat:
-        """Changes of z as those of (q, q', t)."""
+    def _rows(self, changes: arb_mat) -> arb_mat:
+        """Changes of z, at one time of the flow, as those of (q, q', t)."""
         n = 2 * self.size
-        rows = [[changes[i, k] for k in range(n + 1)] for i in range(n)]
-        rows.append([axes[n, k] + turn[0, k] for k in range(n + 1)])
-        return arb_mat(rows)
+        return arb_mat([*changes.tolist()[:n], self.set.axes.tolist()[n]])
+
+    def _over_time(self, row: arb_mat, z: arb_mat) -> arb:
+        """The derivative of a row times z by the t of its cosine and sine."""
+        n, omega = 2 * self.size, arb(self.structure.omega)
+        return omega * (row[0, n + 2] * z[n + 1, 0] - row[0, n + 1] * z[n + 2, 0])
 
 
 def _names(done: Struck) -> tuple[object, ...]:
@@ -133,13 +137,13 @@ def _names(done: Struck) -> tuple[object, ...]:
 def _after(
     hold: Hold,
     struck: Sequence[int],
-    states: tuple[arb_mat, arb_mat],
+    z: arb_mat,
     both: tuple[Struck, Struck],
     spread: arb_mat,
 ) -> arb_mat:
-    """The derivatives after impacts, from those before them, wherever two states lie.
+    """The derivatives after impacts, from those before them, for all states between two.
 
-    The rate of closed stops is 0.
+    `z` holds both states and `both` has their impacts. The rate of closed stops is 0.
     """
     structure, n, width = hold.structure, hold.structure.size, spread.ncols()
     zero, (done, _) = arb_mat(1, width), both
@@ -154,7 +158,7 @@ def _after(
             spread = spread - structure.push(structure.stops[j].normal) * arb_mat([row])
         return spread
     for impact, point in zip(*(each.impacts for each in both), strict=True):
-        j, stop, before = impact.stop, structure.stops[impact.stop], _hull(*states)
+        j, stop, before = impact.stop, structure.stops[impact.stop], arb_mat(z)
         for i, values in enumerate(zip(impact.v_pre, point.v_pre, strict=True)):
             before[n + i, 0] = values[0].union(values[1])
         u = Dual(impact.approach_velocity.union(point.approach_velocity), rates[j])
@@ -173,9 +177,3 @@ def _after(
                 rates[i] = rates[i] + row * coupling
         rates[j] = Dual.of(left, u).row
     return spread
-
-
-def _hull(one: arb_mat, two: arb_mat) -> arb_mat:
-    """Balls that hold both columns."""
-    pairs = zip(one.entries(), two.entries(), strict=True)
-    return column([p.union(q) for p, q in pairs])

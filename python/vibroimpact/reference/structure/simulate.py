@@ -197,7 +197,7 @@ class Motion:
             return "completed"
         self.now, self.z = then, flow.state(found)
         if self.carried:
-            self.carried.fly(flow, watches[0].row, found, self.now, self.z)
+            self.carried.fly(flow, began, watches[0].row, found, self.now, self.z)
             self.now, self.z = self.carried.narrowed(self.now, self.z)
         struck = [watch.stop for watch in watches if watch.event == "contact"]
         self._keep()
