@@ -10,10 +10,10 @@ import sizes
 import vibroimpact as vi
 from systems import PAPER, ROUGH, STICKY
 from vibroimpact.verification import passes
-from vibroimpact.verification.motion import Path, Problem
-from vibroimpact.verification.pairs import pairs
 from vibroimpact.verification.columns import FURTHER_NUMBERS
 from vibroimpact.verification.judged import right_digits
+from vibroimpact.verification.motion import Path, Problem
+from vibroimpact.verification.pairs import pairs
 
 pytest.importorskip("flint", reason="verification needs python-flint")
 

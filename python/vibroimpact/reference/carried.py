@@ -1,4 +1,4 @@
-"""The second enclosure of a system's state: a parallelotope of (x1, v1, x2, v2, t) along its motion.
+"""The second enclosure of a system's state: a parallelotope of (x1, v1, x2, v2, t).
 
 A flight is linear in its start and in the cosine and sine of the forcing phase, so that its
 derivatives are differences of flights. From the centre the contact is reached to rounding, by
@@ -55,11 +55,11 @@ class Carried:
             both = found.union(time)
             here = [p.union(q) for p, q in zip(flight.start(), self.set.centre[:4], strict=True)]
             psi = self.phase + omega * began.union(start)
-            y1, w1, y2, w2 = all_there = self._flight(tuple(here), psi, flight).state(both)
+            all_there = self._flight(tuple(here), psi, flight).state(both)
             spread = self._derivative(both, psi, flight) * self.set.axes
             bends = self._bends(all_there, psi + omega * both)
-            speed = arb_mat([[w1], [bends[0]], [w2], [bends[1]], [arb(1)]])
-            row = arb_mat([[self.system.slope(y1), arb(0), arb(-1), arb(0), arb(0)]])
+            speed = arb_mat([[v] for v in (all_there[1], bends[0], all_there[3], bends[1], arb(1))])
+            row = arb_mat([[self.system.slope(all_there[0]), arb(0), arb(-1), arb(0), arb(0)]])
         self._take(self.set.met([*there, start + time], spread, speed, row, missed), now, state)
 
     def strike(self, law: Law, before: State, regime: str, now: arb, state: State) -> None:

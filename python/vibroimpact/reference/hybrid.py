@@ -179,10 +179,10 @@ class Motion:
             began, self.now = self.now, self._kept(then)
             self.x1, self.v1, self.x2, self.v2 = map(self._kept, flight.state(found.time))
             if self.carried and self.enclosing:
-                state = (self.x1, self.v1, self.x2, self.v2)
-                self.carried.fly(flight, began, found.time, self.now, state)
-                self.now, state = self.carried.narrowed(self.now, state)
-                self.x1, self.v1, self.x2, self.v2 = state
+                balls = (self.x1, self.v1, self.x2, self.v2)
+                self.carried.fly(flight, began, found.time, self.now, balls)
+                self.now, balls = self.carried.narrowed(self.now, balls)
+                self.x1, self.v1, self.x2, self.v2 = balls
             ending = self._impact()
             if ending is not None:
                 return ending

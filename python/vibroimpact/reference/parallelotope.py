@@ -55,7 +55,9 @@ class Parallelotope:
         """
         size = len(image)
         centre = tuple(value.mid() for value in image)
-        rest = arb_mat(size, 1, [value - middle for value, middle in zip(image, centre, strict=True)])
+        rest = arb_mat(
+            size, 1, [value - middle for value, middle in zip(image, centre, strict=True)]
+        )
         found = _axes(spread, reach)
         if found is None:
             return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Generic, NoReturn, TypeVar
 
-from flint import arb
+from flint import arb, ctx
 
 from .contact import Undecided
 
@@ -19,14 +19,19 @@ class Samples(Generic[S]):
         self.times, self.states = times, list[S]()
 
     def take(self, until: arb, state: Callable[[arb], S]) -> None:
-        """States at the times before `until`; one that is not certainly before or after fails."""
+        """States at the times before `until`; one that is not certainly before or after fails.
+
+        Either the event is there, to half the digits, or too few of them are left to tell.
+        """
         while len(self.states) < len(self.times):
             time = self.times[len(self.states)]
             if time > until:
                 return
             last = len(self.states) + 1 == len(self.times)
             if not (time < until or (last and time.overlaps(until))):
-                raise Undecided("an event at a sampled time")
+                near = time.rad().max(until.rad()) < arb(2) ** -(ctx.prec // 2)
+                said = "an event at a sampled time"
+                raise Undecided(said if near else "balls too wide for the order of events")
             self.states.append(state(time))
 
     def full(self) -> bool:

@@ -55,7 +55,7 @@ def verify(
     Where the simulator can, it encloses the exact motion, so that the errors stated are proved. For
     complete chatter and sustained contact, and where enclosures at ``max_precision`` are too wide,
     two precisions that agree are compared instead. Each row says which is the case. It takes some
-    ten to a hundred milliseconds for an impact.
+    five milliseconds for an impact of one or two bodies.
 
     Parameters
     ----------

@@ -274,7 +274,7 @@ def _joined(proof: Pass, compared: Pass) -> Pass:
     for i, j in matched:
         entries[j] = proof.entries[i]
     if len(proof.entries) > len(entries) and all(e.kind == "impact" for e in entries):
-        entries = proof.entries
+        entries = list(proof.entries)
     samples = [*proof.samples, *compared.samples[len(proof.samples) :]]
     bits = max(proof.bits, compared.bits)
     known = len(proof.samples)

@@ -1,8 +1,9 @@
 """The second enclosure of a structure's state: a parallelotope of (q, q', t) along its motion.
 
-A piece of motion z' = G z takes dz_0 = (dq, dq', 0, -omega sin omega t dt, omega cos omega t dt) to
-dz = e^{tau G} dz_0 + G z dtau. From the centre the event is reached to rounding, by Newton's method.
-An impact changes velocities by impulses, whose derivatives follow from the law itself (dual.py).
+A piece of motion z' = G z takes dz_0 = (dq, dq', 0, -omega sin omega t dt, omega cos omega t dt)
+to dz = e^{tau G} dz_0 + G z dtau. From the centre the event is reached to rounding, by Newton's
+method. An impact changes velocities by impulses, whose derivatives follow from the law itself
+(dual.py).
 """
 
 from __future__ import annotations
@@ -39,9 +40,7 @@ class Carried:
         kept = [p if p.rad() < q.rad() else q for p, q in zip(found, z.entries(), strict=True)]
         return time, column(kept)
 
-    def fly(
-        self, flow: Flow, began: arb, row: arb_mat, found: arb, now: arb, z: arb_mat
-    ) -> None:
+    def fly(self, flow: Flow, began: arb, row: arb_mat, found: arb, now: arb, z: arb_mat) -> None:
         """Go on to the event of a row at the time `found` of a flow from the time `began`.
 
         `now` and `z` are the balls there.
@@ -154,8 +153,8 @@ def _after(
         back = {j: structure.stops[j].restitution if j in struck else fmpq(0) for j in stops}
         changes = [(rates[j] * (1 + arb(back[j]))).entries() for j in stops]
         impulses = arb_mat(hold.pull(stops).inv()) * arb_mat(changes) if stops else arb_mat(0, 0)
-        for j, row in zip(stops, impulses.tolist(), strict=True):
-            spread = spread - structure.push(structure.stops[j].normal) * arb_mat([row])
+        for j, change in zip(stops, impulses.tolist(), strict=True):
+            spread = spread - structure.push(structure.stops[j].normal) * arb_mat([change])
         return spread
     for impact, point in zip(*(each.impacts for each in both), strict=True):
         j, stop, before = impact.stop, structure.stops[impact.stop], arb_mat(z)

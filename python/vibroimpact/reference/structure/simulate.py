@@ -233,6 +233,9 @@ class Motion:
     def _release(self, stops: Sequence[int]) -> str | None:
         """Closed stops open: their forces have fallen to 0."""
         self.tail.forget()
+        if len(stops) > 1 and self.mode.kind == "closed":
+            # one of them may go on to press another
+            return self._settle(self.mode.closed)
         for j in stops:
             self._tell("release", j)
         mode = self.hold.closed(tuple(j for j in self.mode.closed if j not in stops))
