@@ -167,7 +167,7 @@ class StructureOrbit(FixedArrays, Shown):
         Examples
         --------
         >>> [ax.get_xlabel() for ax in motion.plot()]
-        ['$q_{0}$', '$t$']
+        ['$q_0$', '$t$']
         """
         axes: list[Axes] = verb("draw")(self, **options)
         return axes

@@ -20,7 +20,7 @@ def points(ax) -> np.ndarray:
 def test_a_portrait_jumps_at_impacts_from_the_state_before_to_the_one_after(ax):
     run = masses_run()
     vi.plot.phase_portrait(run, coordinates=1, ax=ax)
-    (curve,) = [each for each in ax.get_lines() if "q_{1}" in str(each.get_label())]
+    (curve,) = [each for each in ax.get_lines() if "q_1" in str(each.get_label())]
     path = np.column_stack(curve.get_data())
     shown = 0
     for hit in run.impacts:

@@ -132,7 +132,7 @@ class _Stops:
         self._times, self._step = times, step
         self._states = run.trajectory(times)
         self._shown = shown_coordinates(None, run.system, few=FEW)
-        self.portrait = {"coordinates": self._shown}
+        self.portrait = {"coordinates": [each.name("q") for each in self._shown]}
         self.colors = [coordinate_style(place)["color"] for place in range(len(self._shown))]
 
     def begin(self, ax: Axes, window: tuple[float, float]) -> None:
@@ -142,7 +142,7 @@ class _Stops:
     def dots(self, frame: int) -> list[tuple[float, float]]:
         """Return the points of the portrait."""
         q, v = self._states[frame]
-        return [(float(q[i]), float(v[i])) for i in self._shown]
+        return [(float(each.of(q)), float(each.of(v))) for each in self._shown]
 
     def show(self, frame: int) -> tuple[str, float | None]:
         """Draw a frame in place of the one before; return what happens in words, and when."""

@@ -9,12 +9,13 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import count, reject
+from ..arguments import reject
 from ..orbits import Bifurcation, Branch, Piece
 from ..orbits.branch import AT_IMPACTS, AT_SECTIONS
 from ..orbits.structure_piece import AT_STOP_SECTIONS, AT_STOPS, StructurePiece
 from ..scales import Units, in_si
 from ..structure import Structure
+from .coordinates import Combination, in_section
 from .diagram import section_symbols
 from .given import chosen, usual_value
 from .parameter_units import piece_axis, piece_factors, with_unit
@@ -24,6 +25,9 @@ from .units import AxisUnits
 
 Array = NDArray[np.float64]
 Section = Literal["impact", "stroboscopic"]
+
+# What has a number for each coordinate of a structure.
+_WIDE = ("q", "v", "v_pre", "v_post")
 
 # The columns of `PeriodicMotion.impacts` that hold the values just before an impact.
 _COLUMNS = {"v1": "v1_pre", "v2": "v2_pre"}
@@ -65,6 +69,11 @@ class SystemView:
             label = at_drive_phase(label, phases.pop() if one else None)
         return cls(section, value, factor, text, with_unit(label, value, is_si=is_si), is_si)
 
+    @property
+    def name(self) -> str:
+        """What is drawn, as it is asked for."""
+        return self.value
+
     def heights(self, piece: Piece) -> Array:
         """Return what is drawn of a piece, a column for each impact or section."""
         impacts = self.section == "impact"
@@ -92,7 +101,7 @@ class StructureView:
 
     section: str
     value: str
-    coordinate: int
+    coordinate: Combination | None
     factor: float
     parameter_label: str
     value_label: str
@@ -113,18 +122,30 @@ class StructureView:
         if units is not None:
             reject("units", units, "None: a structure has the units of its numbers")
         known = AT_STOPS if section == "impact" else AT_STOP_SECTIONS
-        value = known[0] if value is None else chosen("value", value, known)
-        least = min(system.coordinates for system in systems)
-        coordinate = count("coordinate", coordinate, least=0, most=least - 1)
+        smallest = min(systems, key=lambda system: system.coordinates)
+        wide = tuple(name for name in known if name in _WIDE)
+        narrow = tuple(name for name in known if name not in wide)
+        value, part = in_section(
+            value, coordinate, smallest, wide=wide, narrow=narrow, usual=known[0]
+        )
         factor, text = piece_axis(branches[0].parameter, systems[0], is_si=False)
-        label = value_label(section, value, coordinate)
-        return cls(section, value, coordinate, factor, text, label)
+        label = value_label(section, value, part)
+        return cls(section, value, part, factor, text, label)
 
     def heights(self, piece: Piece) -> Array:
         """Return what is drawn of a piece, a column for each impact or section."""
         assert isinstance(piece, StructurePiece)
         of = piece.at_impacts if self.section == "impact" else piece.at_sections
-        return of(self.value, self.coordinate)
+        if self.coordinate is None:
+            return of(self.value)
+        terms = self.coordinate.terms
+        columns = np.stack([of(self.value, place) for _, place in terms], axis=-1)
+        return Combination(tuple((sign, k) for k, (sign, _) in enumerate(terms))).of(columns)
+
+    @property
+    def name(self) -> str:
+        """What is drawn, as it is asked for."""
+        return self.value if self.coordinate is None else self.coordinate.name(self.value)
 
     def heights_of(self, found: Bifurcation) -> Array:
         """Return what is drawn of a bifurcation."""

@@ -88,7 +88,8 @@ def branches(
         "x2" or "v2" once per drive period. By default "x1", but the approach velocity where body 2
         is a wall at rest: x1 at impact is the place of the wall there. Of structures
         "approach_velocity", the default, "phase", "q", "v_pre" or "v_post" at impact; "q", the
-        default, or "v" once per drive period.
+        default, or "v" once per drive period. Of a coordinate it may be the whole name, as "q_1",
+        or a difference, as "q_0-q_1".
     coordinate : int
         Of structures this one of "q" and the velocities, from 0.
     size : float
@@ -148,8 +149,7 @@ def branches(
         bifurcation(
             diagram,
             section=section,
-            value=view.value,
-            coordinate=coordinate if of_structures else None,
+            value=view.name,
             size=_DIAGRAM_SIZE,
             legend=False,
             units=units,

@@ -120,7 +120,8 @@ def bifurcation(
         impact; "x1", "v1", "x2" or "v2" once per drive period. By default "x1", but the approach
         velocity where body 2 is a wall at rest: x1 at impact is the place of the wall there. Of
         structures "approach_velocity", the default, "phase", "impulse_normal", "energy_loss", "q",
-        "v_pre" or "v_post" at impact; "q", the default, or "v" once per drive period.
+        "v_pre" or "v_post" at impact; "q", the default, or "v" once per drive period. Of a
+        coordinate it may be the whole name, as "q_1", or a difference, as "q_0-q_1".
     coordinate : int, optional
         Of structures this one of "q" and the velocities, from 0, the default.
     color : {"regime", "label", "branch", "stop"} or None

@@ -18,10 +18,12 @@ from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
 from ..arguments import naming, number, state
+from ..structure import Structure
 from ..system import System
 from . import parts
 from .given import expected
 from .marks import Mode
+from .structure_machine import positions_of, structure_machine
 from .style import (
     BLACK,
     GREEN,
@@ -60,20 +62,28 @@ class Hit(NamedTuple):
 
 @naming
 def machine(
-    system: System,
+    system: System | Structure,
     state: Any,
     *,
     phase: float | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the machine in one state, as seen from above.
+    """Draw the machine in one state, as seen from above; a structure as a sketch.
+
+    Of a structure a block is a coordinate, and a spring an entry of its stiffness: between two
+    coordinates, as an arc where they are no neighbours, and to the frame where a row of the
+    stiffness has a sum. A stop is a wall that the peg of a block meets, or two plates, with its gap
+    in the unit of the coordinates; what is neither is told in words. Dampers are not drawn. Without
+    a phase a double arrow is a coordinate that is driven. Of a structure from modes there are the
+    shapes of the first four, with the coordinates on which stops act, above where the normal is
+    positive.
 
     Parameters
     ----------
-    system : System
+    system : System or Structure
         The system; a wall (mass_ratio = 0) is drawn as a plate.
     state : (x1, v1, x2, v2)
-        The state; only the positions are drawn.
+        The state; only the positions are drawn. Of a structure rows q and v, (2, N).
     phase : float, optional
         Phase of the drive in radians; arrows show its moment and force then. Those of the constant
         loads are always shown.
@@ -97,9 +107,11 @@ def machine(
     >>> vi.plot.machine(system, (0.1, 0, 0.2, 0)).get_aspect()
     1.0
     """
+    turned = None if phase is None else number("phase", phase)
+    if isinstance(system, Structure):
+        return structure_machine(system, positions_of(system, state), turned, ax)
     system = expected("system", system, System)
     rows = np.array([_state(state)])
-    turned = None if phase is None else number("phase", phase)
     ax = new_axes(ax)
     Stage(ax, system, rows, rows[:0]).show(rows[0], phase=turned)
     return ax

@@ -44,7 +44,7 @@ _MANY = 60
 def time_history(
     run: Run | StructureRun,
     *,
-    coordinates: int | Sequence[int] | None = None,
+    coordinates: int | str | Sequence[int | str] | None = None,
     window: tuple[float, float] | None = None,
     periods: float | None = None,
     points_per_period: int | None = None,
@@ -68,9 +68,9 @@ def time_history(
     ----------
     run : Run or StructureRun
         Result of `vibroimpact.simulate`.
-    coordinates : int or sequence of int, optional
-        Of a structure, which coordinates to draw, from 0, at most eight. By default four, those
-        on which stops act before others.
+    coordinates : int, str, or sequence of them, optional
+        Of a structure, which coordinates to draw, from 0, at most eight; ``"q_0-q_1"`` is a
+        difference. By default four, those on which stops act before others.
     window : (float, float), optional
         Times, within the kept part of the run. By default what can be read: the last eight drive
         periods, or fewer where these have many oscillations or impacts; without a drive the
@@ -177,7 +177,7 @@ def phase_portrait(
     run: Run | StructureRun,
     *,
     bodies: int | tuple[int, ...] | None = None,
-    coordinates: int | Sequence[int] | None = None,
+    coordinates: int | str | Sequence[int | str] | None = None,
     window: tuple[float, float] | None = None,
     periods: float | None = None,
     points_per_period: int | None = None,
@@ -199,8 +199,9 @@ def phase_portrait(
     bodies : int or tuple of int, optional
         Of a System, which bodies to draw: 1 the pendulum, 2 the oscillator. By default both, but
         for a wall at rest.
-    coordinates : int or sequence of int, optional
-        Of a structure, which coordinates to draw, from 0, at most eight. By default two, those on
+    coordinates : int, str, or sequence of them, optional
+        Of a structure, which coordinates to draw, from 0, at most eight; ``"q_0-q_1"`` is a
+        difference. By default two, those on
         which stops act before others.
     window : (float, float), optional
         Times, within the kept part of the run. By default one orbit of a periodic motion, of others

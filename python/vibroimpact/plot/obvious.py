@@ -4,6 +4,8 @@ from collections.abc import Callable
 from functools import singledispatch
 from typing import Any
 
+import numpy as np
+
 from ..arguments import reject
 from ..bounces import Bounces
 from ..impact_results import ImpactAgreement, ImpactRegimes
@@ -19,6 +21,7 @@ from ..orbits import (
 )
 from ..run import Run
 from ..single_impact import MotionMap, PeriodicMotions
+from ..structure import Structure
 from ..structure_motion import StructureOrbit, StructureSpectrum
 from ..structure_run import StructureRun
 from ..sweeps import Attractor, Basins, Diagram, LyapunovSpectrum, LyapunovSweep, Sweep
@@ -85,6 +88,12 @@ def _(system: System, **options: Any) -> Any:
     # At rest; where the gap is negative the bodies then touch.
     rest = (0.0, 0.0, max(0.0, -system.gap), 0.0)
     return machine(system, options.pop("state", rest), **options)
+
+
+@draw.register
+def _(structure: Structure, **options: Any) -> Any:
+    rest = np.zeros((2, structure.coordinates))
+    return machine(structure, options.pop("state", rest), **options)
 
 
 @draw.register(Run)

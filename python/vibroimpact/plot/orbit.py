@@ -56,7 +56,7 @@ class _Orbit(NamedTuple):
 def orbit(
     motion: PeriodicMotion | StructureOrbit,
     *,
-    coordinates: int | Sequence[int] | None = None,
+    coordinates: int | str | Sequence[int | str] | None = None,
     points_per_period: int = 400,
     legend: bool = True,
     units: Units | None = None,
@@ -77,7 +77,7 @@ def orbit(
     ----------
     motion : PeriodicMotion or StructureOrbit
         Stable or not, admissible or not.
-    coordinates : int or sequence of int, optional
+    coordinates : int, str, or sequence of them, optional
         Of a structure, which coordinates to draw, as in `phase_portrait`.
     points_per_period : int
         Samples in a drive period.

@@ -67,7 +67,7 @@ def impact_section(
         Column of the impact table on the horizontal axis. By default the pendulum's angle. Where
         body 2 is a wall at rest that is always the same; there, and of a structure, the default is
         the drive phase, without a drive the time. One of several numbers is named with its place:
-        ``"q_0"``, ``"v_pre_1"``.
+        ``"q_0"``, ``"v_pre_1"``, or a difference of them, ``"q_0-q_1"``.
     y : str, optional
         Column on the vertical axis. By default the pendulum's velocity before impact; where body 2
         is a wall at rest, and of a structure, the approach velocity.
@@ -165,7 +165,7 @@ def stroboscopic(
         Result of `vibroimpact.simulate`; all its kept drive periods are drawn.
     x : {"x1", "v1", "x2", "v2"}, optional
         What to draw on the horizontal axis, by default x1; of a structure ``"q_0"``, ``"v_0"``,
-        ``"q_1"`` ..., by default q_0.
+        ``"q_1"`` ..., or a difference, ``"q_0-q_1"``, by default q_0.
     y : {"x1", "v1", "x2", "v2"}, optional
         What to draw on the vertical axis, by default v1, of a structure v_0.
     size : float, optional

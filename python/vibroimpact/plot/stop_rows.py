@@ -24,6 +24,7 @@ from ..stop import row_words
 from ..structure import Structure
 from ..structure_run import StructureRun
 from . import parts
+from .coordinates import multiple_of
 from .structure_history import Mode, closed_spans
 from .style import REGIME_STYLES, STOPS
 
@@ -38,8 +39,6 @@ BLOCK: Final = 0.16
 _TALL, _WALL, _WALL_TALL = 0.4, 0.05, 0.6
 # Heights that are seen at least: a single row is not a poster.
 _LEAST = 3.4
-# Normals that differ by so much of their size are multiples of each other.
-_SAME = 1e-12
 _WORDS = {"closed": "closed", "slide": "slides", "stick": "sticks"}
 
 
@@ -97,9 +96,8 @@ def rows_of(structure: Structure) -> list[Row]:
     for number, stop in enumerate(structure.stops):
         factor = float(stop.normal[np.flatnonzero(stop.normal)[0]])
         normal = stop.normal / factor
-        size = _SAME * float(np.abs(normal).max())
         for place, row in enumerate(rows):
-            if np.abs(row.normal - normal).max() <= size:
+            if multiple_of(row.normal, stop.normal):
                 rows[place] = Row(row.normal, (*row.stops, number), (*row.factors, factor))
                 break
         else:

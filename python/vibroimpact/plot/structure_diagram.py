@@ -9,9 +9,9 @@ from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from ..arguments import count, reject
 from ..sweeps.structure_diagram_results import StructureDiagram
-from .style import STOPS, coordinate_symbol
+from .coordinates import Combination, in_section
+from .style import STOPS
 
 Array = NDArray[np.float64]
 
@@ -21,24 +21,28 @@ _IMPACT_VALUES = {
     "impulse_normal": "impulse $P$ of impacts",
     "energy_loss": "energy loss of impacts",
 }
-_KNOWN = {"impact": [*_IMPACT_VALUES, "q", "v_pre", "v_post"], "stroboscopic": ["q", "v"]}
+# Columns of single numbers, and of N.
+_KNOWN: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "impact": ((*_IMPACT_VALUES,), ("q", "v_pre", "v_post")),
+    "stroboscopic": ((), ("q", "v")),
+}
 
 
 def heights_of_structures(
     diagram: StructureDiagram, section: str, value: Any, coordinate: Any
 ) -> tuple[str, Array, str]:
     """Return what of a section is drawn, its numbers, and their name on the axis."""
-    known = _KNOWN[section]
-    value = known[0] if value is None else value
-    if not isinstance(value, str) or value not in known:
-        reject("value", value, f"one of {', '.join(known)} for section={section!r}")
-    most = diagram.system.coordinates - 1
-    place = 0 if coordinate is None else count("coordinate", coordinate, least=0, most=most)
-    text = value_label(section, value, place)
+    narrow, wide = _KNOWN[section]
+    usual = (*narrow, *wide)[0]
+    value, part = in_section(
+        value, coordinate, diagram.system, wide=wide, narrow=narrow, usual=usual
+    )
+    text = value_label(section, value, part)
     if section == "stroboscopic":
-        return value, diagram.stroboscopic[:, int(value == "v"), place], text
-    column = np.asarray(diagram.impacts[value])
-    return value, column[:, place] if column.ndim == 2 else column, text
+        column = diagram.stroboscopic[:, int(value == "v")]
+    else:
+        column = np.asarray(diagram.impacts[value])
+    return value, column if part is None else part.of(column), text
 
 
 def stop_colors(diagram: StructureDiagram) -> tuple[list[str], NDArray[np.int64], list[Artist]]:
@@ -60,8 +64,9 @@ def stop_colors(diagram: StructureDiagram) -> tuple[list[str], NDArray[np.int64]
     return palette, stops % len(palette), handles
 
 
-def value_label(section: str, value: str, coordinate: int) -> str:
+def value_label(section: str, value: str, part: Combination | None) -> str:
     """Return the name on the axis of what of a section is drawn."""
-    if section == "stroboscopic":
-        return f"${coordinate_symbol(value, coordinate)}$ once per drive period"
-    return _IMPACT_VALUES.get(value, f"${coordinate_symbol(value, coordinate)}$ at impacts")
+    if part is None:
+        return _IMPACT_VALUES[value]
+    when = "once per drive period" if section == "stroboscopic" else "at impacts"
+    return f"${part.symbol(value)}$ {when}"

@@ -1,8 +1,8 @@
 """Time history of a run of a structure: coordinates, the stops that act on them, and impacts.
 
-A stop that acts on one coordinate is a line at which that coordinate meets it:
+A stop whose normal is a multiple n = c e of what is drawn, e . q, is a line at which that meets it:
 
-    n_i q_i = gap + A cos(omega t + phase)
+    e . q = (gap + A cos(omega t + phase))/c
 
 Curves and bands are those of the other time histories; what belongs to a stop has its colour and
 its mark. Source of the gap function: the page on structures.
@@ -10,8 +10,9 @@ its mark. Source of the gap function: the page on structures.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, NoReturn
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,6 +22,7 @@ from ..arguments import reject
 from ..stop import Stop
 from ..structure import Structure
 from ..structure_run import StructureRun
+from .coordinates import Combination, multiple_of, named, single
 from .curve import Curve, sample, times_within
 from .given import regime_color
 from .marks import ContactSpan, draw_bands, draw_regimes
@@ -74,9 +76,9 @@ class Stretch(NamedTuple):
         hits: NDArray[np.void] = run.impacts[curve.impacts]
         return cls(run.system, curve, hits, closed_spans(run, window))
 
-    def hits_on(self, coordinate: int) -> NDArray[np.void]:
+    def hits_on(self, coordinate: Combination) -> NDArray[np.void]:
         """Return the impacts at stops that act on a coordinate."""
-        acts = [stop.normal[coordinate] != 0.0 for stop in self.structure.stops]
+        acts = [coordinate.met_by(stop.normal) for stop in self.structure.stops]
         struck: NDArray[np.void] = self.hits[np.array(acts, dtype=bool)[self.hits["stop"]]]
         return struck
 
@@ -103,20 +105,20 @@ def structure_history(
 
 
 def draw_history(
-    ax: Axes, stretch: Stretch, shown: tuple[int, ...], *, by_regime: bool = False
+    ax: Axes, stretch: Stretch, shown: tuple[Combination, ...], *, by_regime: bool = False
 ) -> None:
     """Draw some coordinates of a motion against time, with stops and impacts."""
     curve, spans = stretch.curve, stretch.spans
     draw_bands(ax, bands_of(spans))
     for place, i in enumerate(shown):
         style = coordinate_style(place)
-        ax.plot(curve.time, curve.state[:, 0, i], label=f"$q_{{{i}}}$", **style)
-    moved = curve.state[:, 0, list(shown)]
+        ax.plot(curve.time, i.of(curve.state[:, 0]), label=f"${i.symbol('q')}$", **style)
+    moved = np.column_stack([i.of(curve.state[:, 0]) for i in shown])
     for number, stop in enumerate(stretch.structure.stops):
         _draw_line(ax, number, stop, stretch.structure, curve, shown, moved)
         _draw_closed(ax, number, stop, curve, shown, spans)
     struck = [stretch.hits_on(i) for i in shown]
-    heights = np.concatenate([rows["q"][:, i] for rows, i in zip(struck, shown, strict=True)])
+    heights = np.concatenate([i.of(rows["q"]) for rows, i in zip(struck, shown, strict=True)])
     hits = np.concatenate(struck)
     if by_regime:
         draw_regimes(ax, hits["regime"], hits["time"], heights)
@@ -124,7 +126,7 @@ def draw_history(
         mark_stops(ax, hits["stop"], hits["time"], heights)
     ax.set_xlim(float(curve.time[0]), float(curve.time[-1]))
     ax.set_xlabel("$t$")
-    ax.set_ylabel("$" + r",\ ".join(f"q_{{{i}}}" for i in shown) + "$")
+    ax.set_ylabel("$" + r",\ ".join(i.symbol("q") for i in shown) + "$")
 
 
 def coordinate_style(place: int) -> dict[str, Any]:
@@ -136,26 +138,37 @@ def coordinate_style(place: int) -> dict[str, Any]:
     }
 
 
-def shown_coordinates(given: Any, structure: Structure, *, few: int = _FEW) -> tuple[int, ...]:
+def shown_coordinates(
+    given: Any, structure: Structure, *, few: int = _FEW
+) -> tuple[Combination, ...]:
     """Return the coordinates to draw: by default a few, those on which stops act before others."""
-    count = structure.coordinates
+    size = structure.coordinates
     if given is None:
-        met = np.zeros(count, dtype=bool)
+        met = np.zeros(size, dtype=bool)
         for stop in structure.stops:
             met |= stop.normal != 0.0
         order = np.argsort(~met, kind="stable")[:few]
-        return tuple(sorted(int(i) for i in order))
-    one = isinstance(given, int) and not isinstance(given, bool)
-    try:
-        many = (given,) if one else tuple(given)
-    except TypeError:
-        many = ()
-    fits = 0 < len(many) <= _MOST and len(set(many)) == len(many)
-    whole = all(isinstance(i, int | np.integer) and not isinstance(i, bool) for i in many)
-    if isinstance(given, str) or not fits or not whole or not all(0 <= i < count for i in many):
-        allowed = f"None, a number from 0 to {count - 1}, or at most {_MOST} different ones"
-        reject("coordinates", given, allowed)
-    return tuple(int(i) for i in many)
+        return tuple(single(i) for i in sorted(order.tolist()))
+    many = [given] if isinstance(given, int | np.integer | str) else given
+    if not isinstance(many, Sequence | np.ndarray) or not 0 < len(many) <= _MOST:
+        _refuse(given, size)
+    shown: list[Combination] = []
+    for each in many:
+        if isinstance(each, int | np.integer) and not isinstance(each, bool) and 0 <= each < size:
+            shown.append(single(int(each)))
+        elif isinstance(each, str) and (found := named(each, ("q",), size)) is not None:
+            shown.append(found[1])
+        else:
+            _refuse(given, size)
+    if len({*shown}) < len(shown):
+        _refuse(given, size)
+    return tuple(shown)
+
+
+def _refuse(given: Any, size: int) -> NoReturn:
+    between = ", a difference as 'q_0-q_1'" if size > 1 else ""
+    allowed = f"None, a number from 0 to {size - 1}{between}, or at most {_MOST} different ones"
+    reject("coordinates", given, allowed)
 
 
 def closed_spans(run: StructureRun, window: tuple[float, float]) -> list[ClosedSpan]:
@@ -209,15 +222,16 @@ def _draw_line(
     stop: Stop,
     structure: Structure,
     curve: Curve,
-    shown: tuple[int, ...],
+    shown: tuple[Combination, ...],
     moved: Array,
 ) -> None:
     """Draw where a coordinate meets a stop that acts on it alone."""
-    rows = np.flatnonzero(stop.normal)
-    if len(rows) != 1 or int(rows[0]) not in shown:
+    factors = [multiple_of(i.row(structure.coordinates), stop.normal) for i in shown]
+    factor = next((factor for factor in factors if factor), 0.0)
+    if not factor:
         return
     phase = structure.drive_frequency * curve.time + stop.phase
-    level = (stop.gap + stop.amplitude * np.cos(phase)) / stop.normal[rows[0]]
+    level = (stop.gap + stop.amplitude * np.cos(phase)) / factor
     low, high = float(moved.min()), float(moved.max())
     reach = _AWAY * (high - low)
     if reach > 0.0 and (level.min() > high + reach or level.max() < low - reach):
@@ -232,7 +246,7 @@ def _draw_closed(
     number: int,
     stop: Stop,
     curve: Curve,
-    shown: tuple[int, ...],
+    shown: tuple[Combination, ...],
     spans: list[ClosedSpan],
 ) -> None:
     """Draw a broad line under coordinates while a stop that acts on them is closed."""
@@ -242,8 +256,8 @@ def _draw_closed(
             continue
         inside = (curve.time >= span.start) & (curve.time <= span.end)
         for i in shown:
-            if stop.normal[i] != 0.0:
-                q = curve.state[inside, 0, i]
+            if i.met_by(stop.normal):
+                q = i.of(curve.state[inside, 0])
                 ax.plot(curve.time[inside], q, color=color, lw=3.0, alpha=0.6, zorder=1.2)
 
 

@@ -6,7 +6,6 @@ Sections as of the pendulum: the theory page, section 6.
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
@@ -14,11 +13,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from ..structure import Structure
 from ..structure_run import StructureRun
 from ..tables import Table
+from .coordinates import Combination, asked
 from .curve import is_driven, orbit_window, sample
-from .given import chosen, regime_color, sectioned
+from .given import regime_color, sectioned
 from .marks import draw_path, draw_regimes
 from .structure_history import (
     Stretch,
@@ -44,7 +43,6 @@ Array = NDArray[np.float64]
 
 # Coordinates of a portrait that are drawn unasked.
 FEW = 2
-_NUMBERED = re.compile(r"(q|v|v_pre|v_post)_([0-9]+)")
 
 
 def structure_portrait(
@@ -71,22 +69,23 @@ def structure_portrait(
 
 
 def draw_portrait(
-    ax: Axes, stretch: Stretch, shown: tuple[int, ...], *, by_regime: bool = False
+    ax: Axes, stretch: Stretch, shown: tuple[Combination, ...], *, by_regime: bool = False
 ) -> None:
     """Draw velocities against some coordinates, with the states before impacts."""
     curve, spans = stretch.curve, bands_of(stretch.spans)
     for place, i in enumerate(shown):
-        q, v = curve.state[:, 0, i], curve.state[:, 1, i]
+        q, v = i.of(curve.state[:, 0]), i.of(curve.state[:, 1])
         draw_path(ax, spans, curve.time, q, v, named=place == 0)
-        ax.plot(q, v, label=rf"$q_{{{i}}},\ \dot q_{{{i}}}$", **coordinate_style(place))
+        label = rf"${i.symbol('q')},\ {i.symbol('v')}$"
+        ax.plot(q, v, label=label, **coordinate_style(place))
         struck = stretch.hits_on(i)
-        before = (struck["q"][:, i], struck["v_pre"][:, i])
+        before = (i.of(struck["q"]), i.of(struck["v_pre"]))
         if by_regime:
             draw_regimes(ax, struck["regime"], *before, named=place == 0)
         else:
             mark_stops(ax, struck["stop"], *before, named=place == 0)
-    ax.set_xlabel("$" + r",\ ".join(f"q_{{{i}}}" for i in shown) + "$")
-    ax.set_ylabel("$" + r",\ ".join(rf"\dot q_{{{i}}}" for i in shown) + "$")
+    ax.set_xlabel("$" + r",\ ".join(i.symbol("q") for i in shown) + "$")
+    ax.set_ylabel("$" + r",\ ".join(i.symbol("v") for i in shown) + "$")
 
 
 def structure_stroboscopic(
@@ -94,19 +93,19 @@ def structure_stroboscopic(
 ) -> Axes:
     """Draw states of a structure once per drive period; arguments as in `stroboscopic`."""
     sectioned(run)
-    known = _numbered(("q", "v"), run.system)
-    names = [
-        chosen(argument, usual if name is None else name, known)
+    size_of = run.system.coordinates
+    drawn = [
+        asked(argument, usual if name is None else name, size_of, wide=("q", "v"))
         for argument, name, usual in (("x", x, "q_0"), ("y", y, "v_0"))
     ]
     rows = run.stroboscopic
-    across, up = (rows[:, "qv".index(name[0]), int(name[2:])] for name in names)
+    across, up = (_of(rows[:, "qv".index(column)], part) for column, part in drawn)
     area = mark_area(size, len(rows))
     ax = new_axes(ax)
     ax.scatter(across, up, s=area, color=BLACK, linewidths=0, rasterized=True)
-    for axis, name in zip("xy", names, strict=True):
+    for axis, (column, part) in zip("xy", drawn, strict=True):
         show_around(ax, axis)
-        ax.set(**{f"{axis}label": f"{_symbol(name)} once per drive period"})
+        ax.set(**{f"{axis}label": f"{_symbol(column, part)} once per drive period"})
     return ax
 
 
@@ -125,7 +124,8 @@ def structure_impact_section(
     x = ("phase" if is_driven(run.system) else "time") if x is None else x
     y = "approach_velocity" if y is None else y
     impacts = run.impacts
-    across, up = (_column(run, name, argument) for argument, name in (("x", x), ("y", y)))
+    columns = [_asked_of_impacts(run, argument, name) for argument, name in (("x", x), ("y", y))]
+    across, up = (_of(np.asarray(impacts[column]), part) for column, part in columns)
     area = mark_area(size, len(impacts))
     ax = new_axes(ax)
     of = impacts["regime" if by_regime else "stop"]
@@ -148,8 +148,8 @@ def structure_impact_section(
         handles.append(
             Line2D([], [], ls="none", marker=style[1], color=style[0], label=f"stop {number}")
         )
-    for axis, name in (("x", x), ("y", y)):
-        ax.set(**{f"{axis}label": _symbol(name)})
+    for axis, (name, part) in zip("xy", columns, strict=True):
+        ax.set(**{f"{axis}label": _symbol(name, part)})
         if name == "phase":
             phase_axis(ax, axis)
         else:
@@ -161,35 +161,25 @@ def structure_impact_section(
     return ax
 
 
-def _numbered(columns: tuple[str, ...], structure: Structure) -> tuple[str, ...]:
-    """Return the names of the numbers of such columns."""
-    return tuple(f"{column}_{i}" for column in columns for i in range(structure.coordinates))
-
-
-def _column(run: StructureRun, name: str, argument: str) -> Array:
-    """Return a column of numbers of the impact table, or one number of a column of several."""
+def _asked_of_impacts(
+    run: StructureRun, argument: str, name: Any
+) -> tuple[str, Combination | None]:
+    """Return which column of the impact table a name means, and of one of N numbers which."""
     impacts: Table = run.impacts
     names = impacts.dtype.names or ()
-    single = tuple(each for each in names if impacts.dtype[each].ndim == 0)
-    wide = tuple(each for each in names if each not in single)
-    parts = {
-        part: (column, i)
-        for column in wide
-        for i, part in enumerate(_numbered((column,), run.system))
-    }
-    chosen(argument, name, (*single, *parts))
-    if name in single:
-        return np.asarray(impacts[name])
-    column, i = parts[name]
-    return np.asarray(impacts[column][:, i])
+    narrow = tuple(each for each in names if impacts.dtype[each].ndim == 0)
+    wide = tuple(each for each in names if each not in narrow)
+    return asked(argument, name, run.system.coordinates, wide=wide, narrow=narrow)
 
 
-def _symbol(name: str) -> str:
+def _of(values: NDArray[Any], part: Combination | None) -> Array:
+    """Return a column, or what is drawn of its coordinates."""
+    return values if part is None else part.of(values)
+
+
+def _symbol(column: str, part: Combination | None) -> str:
     """Return the symbol of a column on an axis."""
-    numbered = _NUMBERED.fullmatch(name)
-    if numbered is None:
-        return STATE_SYMBOLS.get(name, name.replace("_", " "))
-    column, number = numbered.groups()
-    symbol = "q" if column == "q" else r"\dot q"
+    if part is None:
+        return STATE_SYMBOLS.get(column, column.replace("_", " "))
     when = {"v_pre": " before impact", "v_post": " after impact"}.get(column, "")
-    return f"${symbol}_{{{number}}}${when}"
+    return f"${part.symbol('q' if column == 'q' else 'v')}${when}"
