@@ -125,7 +125,7 @@ def test_every_public_result_is_shown():
     assert len(arrays | grids) > 12
     assert arrays | grids | {vi.Run, vi.System, vi.NotFound, vi.Branch} <= classes
     assert {cls for cls in classes if not hasattr(cls, "plot")} == {
-        *(vi.NotFound, vi.Stop, vi.Structure, vi.StructureState)
+        *(vi.NotFound, vi.Stop, vi.StructureState)
     }
 
 
