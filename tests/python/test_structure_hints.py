@@ -97,7 +97,7 @@ def test_a_branch_says_which_range_is_allowed():
         lambda: vi.periodic_motions(SETTLING),
         lambda: vi.impact(SETTLING, x1=0.1, v1=1.0, v2=0.0),
         lambda: vi.plot.time_history(SETTLING),
-        lambda: vi.plot.machine(SETTLING, (0, 0, 0, 0)),
+        lambda: vi.plot.impact_count(SETTLING),
         lambda: vi.bifurcation_diagram(lambda k: [SETTLING], initial=REST[1], k=[1.0]),
         lambda: orbit().follow(system=lambda k: [SETTLING], k=(0.0, 1.0, 2.0)),
     ],
