@@ -105,6 +105,23 @@ class StructureOrbit(FixedArrays, Shown):
         return self.m * self.system.drive_period
 
     @cached_property
+    def is_symmetric(self) -> bool | None:
+        """Whether it is its own mirror image: -q(t) half a drive period later.
+
+        If not, its mirror image is another motion of the structure, with the same label. None for a
+        structure that is not its own mirror image: then motions have none.
+
+        Examples
+        --------
+        >>> stops = [vi.Stop([1], 0.3, 0.8), vi.Stop([-1], 0.3, 0.8)]
+        >>> between = motion.system.replace(stops=stops)
+        >>> vi.simulate(between, initial=[[0], [0]], periods=400, keep=50).refine().is_symmetric
+        True
+        """
+        own: bool | None = verb("own_image")(self)
+        return own
+
+    @cached_property
     def itinerary(self) -> StructureItinerary:
         """The legs as the compiled core takes them.
 
@@ -196,8 +213,14 @@ class StructureOrbit(FixedArrays, Shown):
         return branch
 
     def _facts(self) -> Facts:
+        image = (
+            {}
+            if self.is_symmetric is None
+            else {"mirror image": "itself" if self.is_symmetric else "another motion"}
+        )
         return {
             "motion": f"{self.label}, {self.stability}",
+            **image,
             "multipliers": in_a_line(np.abs(self.multipliers)),
             "q": in_a_line(self.state[0]),
             "v": in_a_line(self.state[1]),

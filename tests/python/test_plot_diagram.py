@@ -225,6 +225,47 @@ def test_points_of_the_usual_size_are_seen_at_every_resolution(diagram, dots_per
     assert (pixels.min(axis=2) < 128).sum() >= len(np.unique(diagram.x1.round(2)))
 
 
+def area(diagram, **options):
+    ax = Figure().subplots()
+    vi.plot.bifurcation(diagram, ax=ax, **options)
+    (size,) = points(ax).get_sizes()
+    return size
+
+
+def test_points_are_smaller_the_more_of_them_are_apart(diagram):
+    system = diagram.system
+    sizes = []
+    for number in (5, 40, 200, 400):
+        values = np.linspace(1.6, 2.2, number)
+        many = vi.bifurcation_diagram(
+            system, initial=(0, 0.5, 0, 0), periods=200, keep=50, drive_frequency=values
+        )
+        sizes.append(area(many))
+    assert sizes == sorted(sizes, reverse=True)
+    assert 1.0 <= sizes[-1] < sizes[0] <= 12.0
+    assert area(diagram, size=0.25) == 0.25
+
+
+def test_points_that_a_periodic_motion_repeats_count_once(diagram):
+    options = {"initial": (0, 0.5, 0, 0), "periods": 400, "drive_frequency": [2.1, 2.15, 2.2]}
+    few, many = (vi.bifurcation_diagram(diagram.system, keep=k, **options) for k in (5, 200))
+    assert len(many.x1) > 30 * len(few.x1)
+    assert area(few) == area(many) == 12.0
+
+
+def test_without_friction_the_legend_says_that_all_impacts_have_one_regime(diagram, ax):
+    smooth = vi.bifurcation_diagram(
+        diagram.system.replace(friction=0.0),
+        initial=(0, 0.5, 0, 0),
+        periods=200,
+        keep=10,
+        drive_frequency=[1.8, 1.85],
+    )
+    vi.plot.bifurcation(smooth, color="regime", ax=ax)
+    (text,) = ax.get_legend().get_texts()
+    assert text.get_text() == "all impacts: frictionless"
+
+
 def test_points_of_every_label_are_seen_on_white():
     """At least 1.4 to 1 in luminance (WCAG 2, relative luminance), unlike the areas of charts."""
     for style in LABEL_STYLES:

@@ -374,7 +374,7 @@ def test_a_diagram_of_structures_is_coloured_as_any_other(ax):
         own = {*impacts["q"][impacts["stop"] == stop][:, 0].tolist()}
         here = {tuple(c) for c, y in zip(colors.tolist(), places[:, 1], strict=True) if y in own}
         assert len(here) == 1
-    assert "frictionless" in shown(color="regime")[2]
+    assert "all impacts: frictionless" in shown(color="regime")[2]
     assert shown(color="label")[2]
     fractions = vi.plot.contact_fraction(diagram, ax=ax)
     drawn = [row.get_ydata().tolist() for row in fractions.lines]

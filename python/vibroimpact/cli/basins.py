@@ -127,8 +127,10 @@ def _write_csv(result: Basins, path: str) -> None:
 
 def _print(result: Basins, stream: TextIO) -> None:
     rows = [
-        (f"{number}", found.label, f"{share:.4g}", "yes" if found.confirmed else found.why_not)
-        for number, (found, share) in enumerate(zip(result.attractors, result.shares, strict=True))
+        (f"{number}", name, f"{share:.4g}", "yes" if found.confirmed else found.why_not)
+        for number, (found, name, share) in enumerate(
+            zip(result.attractors, result._names, result.shares, strict=True)
+        )
     ]
     outputs.print_table([("attractor", "label", "share", "confirmed"), *rows], stream)
     for reason, number in result.reasons.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -136,8 +137,27 @@ class MotionSearch(Shown, Generic[MotionT]):
     starts: Array
     reached: NDArray[np.int64]
 
+    @cached_property
+    def images(self) -> tuple[int | None, ...]:
+        """For each motion the place of its mirror image among them, None if it is not there.
+
+        The mirror image of a motion q(t) is -q half a drive period later; a motion may be its own.
+        Only structures that are their own mirror image have such motions.
+        """
+        places: tuple[int | None, ...] = verb("image_places")(self.motions)
+        return places
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        """What the motions are called: their labels, equal ones told apart."""
+        labels = [motion.label for motion in self.motions]
+        names: tuple[str, ...] = verb("motion_names")(labels, self.motions)
+        return names
+
     def to_pandas(self) -> pandas.DataFrame:
         """Return the motions as a data frame, one row each, with their shares.
+
+        The column ``image`` has the row of the mirror image, -1 if it is not among them.
 
         Raises
         ------
@@ -149,7 +169,8 @@ class MotionSearch(Shown, Generic[MotionT]):
         >>> len(search.to_pandas()) == len(search.motions)
         True
         """
-        return frame({"share": self.shares, **columns_of(self.motions)})
+        images = [-1 if image is None else image for image in self.images]
+        return frame({"share": self.shares, "image": images, **columns_of(self.motions)})
 
     def plot(self, **options: Any) -> Axes:
         """Draw the share of each motion, by ``vi.plot.motion_search``.
@@ -172,7 +193,10 @@ class MotionSearch(Shown, Generic[MotionT]):
         return axes
 
     def _facts(self) -> Facts:
-        labels = [f"{motion.label}, {motion.stability}" for motion in self.motions]
+        labels = [
+            f"{name}, {motion.stability}"
+            for name, motion in zip(self._names, self.motions, strict=True)
+        ]
         ends = [*zip(labels, self.shares, strict=True), *self.others.items()]
         return {"starts": len(self.starts)} | {
             f"end {number}": f"{text}: {share:.1%}" for number, (text, share) in enumerate(ends, 1)
@@ -180,7 +204,6 @@ class MotionSearch(Shown, Generic[MotionT]):
 
     def __repr__(self) -> str:
         """Return the motions on which the starts end, with their shares, in words."""
-        labels = [motion.label for motion in self.motions]
-        ends = [*zip(labels, self.shares, strict=True), *self.others.items()]
+        ends = [*zip(self._names, self.shares, strict=True), *self.others.items()]
         texts = ", ".join(f"{label} {share:.1%}" for label, share in ends)
         return f"<MotionSearch from {len(self.starts)} starts: {texts}>"

@@ -9,6 +9,8 @@ own image; else its image has the same label and the same multipliers.
 from __future__ import annotations
 
 import math
+import string
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -46,23 +48,47 @@ def is_mirror_image(one: Any, other: Any) -> bool:
     return _apart(now, later, one.m) < SAME_ORBIT * size_of(one.sections)
 
 
-def partners(motions: Sequence[Any]) -> list[int]:
-    """Return for each motion of one structure the place of its mirror image, -1 for none.
+def own_image(motion: Any) -> bool | None:
+    """Whether a motion is its own mirror image; None where motions have no images."""
+    return own_mirror_image(motion) if _has_images(motion.system) else None
 
-    That of a motion which is its own image is its own place.
+
+def image_places(motions: Sequence[Any]) -> tuple[int | None, ...]:
+    """Return for each motion of one machine the place of its mirror image, None for none.
+
+    That of a motion which is its own image is its own place. A motion may be missing (None).
     """
-    found = [-1] * len(motions)
+    found: list[int | None] = [None] * len(motions)
     for place, motion in enumerate(motions):
-        if not _has_images(motion.system) or found[place] >= 0:
+        if motion is None or found[place] is not None or not _has_images(motion.system):
             continue
         if own_mirror_image(motion):
             found[place] = place
             continue
         for later in range(place + 1, len(motions)):
-            if found[later] < 0 and is_mirror_image(motion, motions[later]):
+            other = motions[later]
+            if other is not None and found[later] is None and is_mirror_image(motion, other):
                 found[place], found[later] = later, place
                 break
-    return found
+    return tuple(found)
+
+
+def motion_names(labels: Sequence[str], motions: Sequence[Any]) -> tuple[str, ...]:
+    """Return names of attractors of one machine: labels, equal ones with letters and images."""
+    images = image_places(motions)
+    counts = Counter(labels)
+    letters = {label: iter(string.ascii_lowercase) for label in labels}
+    marks = [next(letters[label], "...") if counts[label] > 1 else "" for label in labels]
+    names = []
+    for place, (label, mark) in enumerate(zip(labels, marks, strict=True)):
+        image, motion = images[place], motions[place]
+        text = f"{label} ({mark})" if mark else label
+        if image is not None and image < place:
+            text += f", mirror image of ({marks[image]})"
+        elif image is None and motion is not None and own_image(motion) is False:
+            text += ", without its mirror image"
+        names.append(text)
+    return tuple(names)
 
 
 def earlier_images(found: Sequence[Bifurcation]) -> tuple[int | None, ...]:
@@ -81,11 +107,6 @@ def earlier_images(found: Sequence[Bifurcation]) -> tuple[int | None, ...]:
         )
         known.append(next(earlier, None))
     return tuple(known)
-
-
-def has_other_image(motion: Any) -> bool:
-    """Whether a motion has a mirror image that is another motion."""
-    return _has_images(motion.system) and not own_mirror_image(motion)
 
 
 def _has_images(system: Any) -> bool:

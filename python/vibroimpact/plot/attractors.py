@@ -158,8 +158,9 @@ def motion_search(result: MotionSearch[Any], *, ax: Axes | None = None) -> Axes:
     result = expected("result", result, MotionSearch)
     ax = new_axes(ax)
     rows = [
-        (f"{label_text(motion.label)}, {motion.stability}", float(share), color)
-        for motion, share, color in zip(
+        (f"{label_text(name)}, {motion.stability}", float(share), color)
+        for name, motion, share, color in zip(
+            result._names,
             result.motions,
             result.shares,
             np.resize(np.array(BASIN_COLORS), len(result.motions)),

@@ -190,7 +190,7 @@ def basin_handles(basins: Basins, *, sections: bool = False) -> list[Artist]:
     >>> [handle.get_label() for handle in vi.plot.basin_handles(basins)]
     ['1-1, 100 %']
     """
-    shown = zip(basins.attractors, basins.shares, strict=True)
+    shown = zip(basins.attractors, basins._names, basins.shares, strict=True)
     return [
         Line2D(
             [],
@@ -203,9 +203,9 @@ def basin_handles(basins: Basins, *, sections: bool = False) -> list[Artist]:
             markeredgecolor=BLACK,
             markeredgewidth=0.7,
             marker=_MARKERS[k % len(_MARKERS)] if sections and found.kind == "periodic" else "",
-            label=f"{found.label}, {_percent(float(share))}",
+            label=f"{name}, {_percent(float(share))}",
         )
-        for k, (found, share) in enumerate(shown)
+        for k, (found, name, share) in enumerate(shown)
     ]
 
 

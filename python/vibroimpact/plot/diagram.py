@@ -7,6 +7,7 @@ drive period; Han, Jin & Hu (2004), eqs. (48a) and (48b), theory page, section 6
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from .._core import Regime
-from ..arguments import naming
+from ..arguments import naming, positive
 from ..errors import ParameterError
 from ..scales import Units, in_si
 from ..sweeps import Diagram
@@ -51,7 +52,7 @@ from .style import (
     curve_legend,
     new_axes,
     phase_axis,
-    regime_handles,
+    regimes_found,
 )
 
 Array = NDArray[np.float64]
@@ -76,6 +77,10 @@ STROBOSCOPIC_VALUES = {
 
 _BRANCH_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, SKY_BLUE, ORANGE)
 _RUG_HEIGHT = 0.035
+# Points closer than one of so many parts of either axis are one: those of periodic motions repeat.
+_APART = 2000
+# Area of a point in square points, times the root of their number, and its limits.
+_ALL_POINTS, _LEAST_POINT, _LARGEST_POINT = 200.0, 1.0, 12.0
 # Parts of the axes' height for what is marked along their upper end.
 _ABOVE = (1.0 - _RUG_HEIGHT, 1.0)
 _RUG_GREYS = ("0.45", "0.7", "0.2")
@@ -93,7 +98,7 @@ def bifurcation(
     value: str | None = None,
     coordinate: int | None = None,
     color: Literal["regime", "label", "branch", "stop"] | None = None,
-    size: float = 1.0,
+    size: float | None = None,
     legend: bool = True,
     units: Units | None = None,
     ax: Axes | None = None,
@@ -125,13 +130,15 @@ def bifurcation(
     coordinate : int, optional
         Of structures this one of "q" and the velocities, from 0, the default.
     color : {"regime", "label", "branch", "stop"} or None
-        Colour each impact by its regime (only impacts have one), each point by the label of its
+        Colour each impact by its regime (only impacts have one; without friction there is one
+        regime, and the legend says so), each point by the label of its
         motion or by its branch, or each impact of structures by its stop; then the points are drawn
         in a fixed random order, so that no colour hides the others. None: by branch if there are
         several; else impacts of structures by stop, if there are several; else black.
-    size : float
-        Area of a point in square points, as in `matplotlib.axes.Axes.scatter`. Below 1, a picture
-        of 100 dots per inch or less shows none; 0.25 suits dense diagrams in print.
+    size : float, optional
+        Area of a point in square points, as in `matplotlib.axes.Axes.scatter`; by default 1 to 12,
+        smaller the more of them do not coincide. Below 1, a picture of 100 dots per inch or less
+        shows none; 0.25 suits dense diagrams in print.
     legend : bool
         Name the colours, the strip and the rug above the axes.
     units : "SI", optional
@@ -177,7 +184,8 @@ def bifurcation(
     if by is not None:
         order = np.random.default_rng(0).permutation(len(heights))
         parameter, heights, colors = parameter[order], heights[order], colors[order]
-    ax.scatter(parameter, heights, s=size, c=colors, marker="s", linewidths=0, rasterized=True)
+    area = _area(size, parameter, heights)
+    ax.scatter(parameter, heights, s=area, c=colors, marker="s", linewidths=0, rasterized=True)
 
     # With colours by label, chatter has a colour already, and so have points without impact.
     handles += _chatter_strip(ax, diagram, values) if by != "label" else []
@@ -190,6 +198,20 @@ def bifurcation(
     if drawn.value == "phase":
         phase_axis(ax, "y")
     return ax
+
+
+def _area(given: float | None, parameter: Array, heights: Array) -> float:
+    """Return the area of a point in square points: as given, or smaller the more are apart."""
+    if given is not None:
+        return positive("size", given)
+    cells = np.zeros(len(heights), np.int64)
+    for column in (parameter, heights):
+        low = column.min(initial=math.inf)
+        extent = float(np.ptp(column)) if len(column) else 0.0
+        places = (column - low) / (extent or 1.0)
+        cells = cells * (_APART + 1) + (np.nan_to_num(places) * _APART).astype(np.int64)
+    apart = max(len(np.unique(cells)), 1)
+    return min(max(_ALL_POINTS / math.sqrt(apart), _LEAST_POINT), _LARGEST_POINT)
 
 
 class _Section(NamedTuple):
@@ -273,7 +295,7 @@ def _colors(diagram: Any, section: str, color: str | None) -> tuple[Any, list[Ar
     if color == "regime":
         structures = isinstance(diagram, StructureDiagram)
         regime = np.asarray(diagram.impacts["regime"] if structures else diagram.regime)
-        handles = regime_handles(np.unique(regime).tolist(), shapes=False)
+        handles = regimes_found(np.unique(regime).tolist(), shapes=False)
         return to_rgba_array([REGIME_STYLES[each].color for each in Regime])[regime], handles
     offset = diagram.offset if section == "impact" else diagram.stroboscopic_offset
     rows = np.diff(offset)

@@ -36,7 +36,7 @@ from .style import (
     mark_area,
     new_axes,
     phase_axis,
-    regime_handles,
+    regimes_found,
     show_around,
 )
 from .units import AxisUnits
@@ -141,7 +141,7 @@ def impact_section(
         # The sizes of the bounces can be compared.
         ax.set_ylim(bottom=0.0)
     # Those of the legend can be seen, however small the points are.
-    curve_legend(ax, legend, regime_handles(regimes.tolist()) if by_regime else [])
+    curve_legend(ax, legend, regimes_found(regimes.tolist()) if by_regime else [])
     return ax
 
 

@@ -35,7 +35,7 @@ from .style import (
     mark_area,
     new_axes,
     phase_axis,
-    regime_handles,
+    regimes_found,
     show_around,
 )
 
@@ -157,7 +157,7 @@ def structure_impact_section(
     if y == "approach_velocity":
         # The sizes of the bounces can be compared.
         ax.set_ylim(bottom=0.0)
-    curve_legend(ax, legend, regime_handles(of.tolist()) if by_regime else handles)
+    curve_legend(ax, legend, regimes_found(of.tolist()) if by_regime else handles)
     return ax
 
 

@@ -332,6 +332,14 @@ def regime_handles(regimes: Iterable[int], *, shapes: bool = True) -> list[Artis
     ]
 
 
+def regimes_found(regimes: Iterable[int], *, shapes: bool = True) -> list[Artist]:
+    """Return the legend entries of impacts by regime; if all have one it says so."""
+    handles = regime_handles(regimes, shapes=shapes)
+    if len(handles) == 1:
+        handles[0].set_label(f"all impacts: {handles[0].get_label()}")
+    return handles
+
+
 @naming
 def bifurcation_handles(kinds: Iterable[str], *, prefix: str = "") -> list[Artist]:
     """Return one legend entry for each kind of bifurcation, in the order of `BIFURCATION_STYLES`.

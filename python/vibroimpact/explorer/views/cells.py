@@ -74,8 +74,8 @@ class CellsView:
         codes = np.where(basins.attractor >= 0, basins.attractor, count).astype(np.int64)
         self._image(codes, [*colors, _NO_ATTRACTOR], [*basins.axes.values()])
         key = [
-            (color, f"{found.label}, {share:.1%}")
-            for color, found, share in zip(colors, basins.attractors, basins.shares, strict=True)
+            (color, f"{name}, {share:.1%}")
+            for color, name, share in zip(colors, basins._names, basins.shares, strict=True)
         ]
         key += [
             (_NO_ATTRACTOR, f"{name}, {counted(number, 'cell')}")

@@ -110,11 +110,18 @@ class Basins(FixedArrays, Shown):
         """Say what was computed, the attractors with their shares, and what has none."""
         axes = " x ".join(f"{len(values)} {name}" for name, values in self.axes.items())
         parts = [
-            f"{attractor.label} {share:.1%}"
-            for attractor, share in zip(self.attractors, self.shares, strict=True)
+            f"{name} {share:.1%}" for name, share in zip(self._names, self.shares, strict=True)
         ]
         parts += self._without
         return f"<Basins over {axes}: {', '.join(parts) or 'nothing'}>"
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        """What the attractors are called: their labels, equal ones told apart."""
+        labels = [attractor.label for attractor in self.attractors]
+        motions = [attractor.motion for attractor in self.attractors]
+        names: tuple[str, ...] = verb("motion_names")(labels, motions)
+        return names
 
     @property
     def _without(self) -> list[str]:
@@ -282,8 +289,8 @@ class Basins(FixedArrays, Shown):
             name: f"{len(values)} values from {values[0]:.6g} to {values[-1]:.6g}"
             for name, values in self.axes.items()
         }
-        for number, attractor in enumerate(self.attractors):
-            facts[f"attractor {number}"] = f"{attractor.label}: {self.shares[number]:.1%}"
+        for number, name in enumerate(self._names):
+            facts[f"attractor {number}"] = f"{name}: {self.shares[number]:.1%}"
         if self.reasons:
             facts["without attractor"] = ", ".join(self._without)
         return facts
