@@ -33,7 +33,7 @@ SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
 .PHONY: help figures claims gallery errata schematic words pictures notebook animation test reference lint bench instructions instructions-update stress docs ci audit clean
-.PHONY: test-browser quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
+.PHONY: tools lint-rust lint-python rust-tests python-tests test-browser quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
@@ -110,7 +110,16 @@ animation: $(PACKAGE)
 # file share fixtures; a process that has done its part takes over some of another's.
 IN_PARALLEL ?= -n auto --dist worksteal
 # Or each of the interpreters that tests start would compile the package anew.
-test quick quick-update: export PYTHONDONTWRITEBYTECODE :=
+test python-tests quick quick-update: export PYTHONDONTWRITEBYTECODE :=
+
+CARGO_TESTS := cargo test --locked --lib --tests && cargo test --locked --doc
+PYTHON_TESTS = $(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
+
+rust-tests: | check-tools
+	$(CARGO_TESTS)
+
+python-tests: $(INSTALLED)
+	$(PYTHON_TESTS)
 
 test: | rust-tests-begun $(INSTALLED)
 	@waits=0; while kill -0 "$$(cat $(RUST_TESTS).pid)" 2>/dev/null; do \
@@ -118,7 +127,7 @@ test: | rust-tests-begun $(INSTALLED)
 		test $$((waits % 150)) -ne 0 || echo 'Rust tests: still building or running, see $(RUST_TESTS).log'; \
 	done
 	@cat $(RUST_TESTS).log && test -e $(RUST_TESTS).passed
-	$(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
+	$(PYTHON_TESTS)
 
 # The tests in Rust are built and run while the environment is built, which is mostly waiting for pip
 # and for the linker of the extension. Their output follows when both are done.
@@ -127,7 +136,7 @@ RUST_TESTS := target/rust-tests
 rust-tests-begun: | check-tools
 	@mkdir -p target && rm -f $(RUST_TESTS).passed
 	@echo 'Rust tests: built and run in the background, output follows ($(RUST_TESTS).log)'
-	@(cargo test --locked --lib --tests && cargo test --locked --doc && touch $(RUST_TESTS).passed) \
+	@($(CARGO_TESTS) && touch $(RUST_TESTS).passed) \
 		>$(RUST_TESTS).log 2>&1 & echo $$! >$(RUST_TESTS).pid
 
 # In a real browser: needs Debian's packages chromium and chromium-driver. A part of `make test`, too,
@@ -150,17 +159,23 @@ reference: $(INSTALLED)
 	cd tests && $(BIN)/python -m reference.supplied
 	cd tests && $(BIN)/python -m reference.regenerate
 
-lint: $(INSTALLED)
+lint: lint-rust lint-python
+
+# The bindings are a part of the library alone, which nothing else that is compiled here names. The
+# bindings need an interpreter, for its version.
+lint-rust: | $(TOOLS)
 	@cargo fmt --version >/dev/null && cargo clippy --version >/dev/null \
 		|| { echo 'make lint needs rustfmt and clippy: rustup component add rustfmt clippy'; exit 1; }
 	cargo fmt --check
 	cargo clippy --locked --all-targets -- -D warnings
-	cargo clippy --locked --all-targets --all-features -- -D warnings
+	cargo clippy --locked --lib --all-features -- -D warnings
 	cargo check --locked --manifest-path fuzz/Cargo.toml
 	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps
 	@echo 'purity: the core names neither pyo3 nor numpy'
 	@tree=$$(cargo tree --locked -e normal --prefix none); ! grep -E '^(pyo3|numpy)' <<<"$$tree"
 	@! grep -rnwE 'pyo3|numpy' src --include='*.rs' --exclude-dir=python --exclude=python.rs
+
+lint-python: $(INSTALLED)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -248,6 +263,8 @@ clean:
 	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	rm -f python/vibroimpact/_core.*.so python/vibroimpact/_core.pyd
 	find python reproduction tests benches -name __pycache__ -type d -prune -exec rm -rf {} +
+
+tools: $(TOOLS)
 
 $(TOOLS): | check-tools
 	$(PYTHON) -m venv $(VENV)
