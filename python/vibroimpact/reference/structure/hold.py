@@ -100,11 +100,10 @@ class Hold:
         if len(held) == 1 and rough:
             return self._rubbing(rough[0], z, still)
         if rough:
-            # the others may leave while one slips or sticks
-            one = self._rubbing(rough[0], z, still) if len(rough) == 1 else None
-            if isinstance(one, Mode) and self._fits(one, held, z):
-                return one
-            return Ended("frictional_contacts")
+            # all others may leave while one slips or sticks
+            ones = [self._rubbing(j, z, still or self._rests(j, z, rough)) for j in rough]
+            fit = [one for one in ones if isinstance(one, Mode) and self._fits(one, held, z)]
+            return fit[0] if len(fit) == 1 else Ended("frictional_contacts")
         raise Undecided("no set of closed stops fits")
 
     def pull(self, stops: Sequence[int]) -> fmpq_mat:
@@ -254,6 +253,10 @@ class Hold:
         # slip begins against the friction that would be needed to hold it
         _, _, tangential = self.stick(j)
         return self.slide(j, -certain((tangential * z)[0, 0]))
+
+    def _rests(self, j: int, z: arb_mat, rough: Sequence[int]) -> bool:
+        """Whether one of several closed stops with friction does not slip."""
+        return len(rough) > 1 and settled((self.structure.slip_row(j) * z)[0, 0]) == 0
 
     def _grips(self, j: int, z: arb_mat) -> bool:
         """Whether a stick fits: its normal force >= 0, within the cone of friction."""
