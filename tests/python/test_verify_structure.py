@@ -237,6 +237,41 @@ def test_ctrl_c_hands_over_what_is_verified(driven, monkeypatch):
     assert 4 <= len(caught.value.result.impacts) <= 5
 
 
+def test_of_two_stops_that_lose_their_force_at_once_one_stays_closed():
+    # both loads turn at one instant, and the second mass would leave the first one behind
+    made = vi.Structure(
+        np.eye(2),
+        np.zeros((2, 2)),
+        [vi.Stop([0, 1], 0, 0), vi.Stop([1, -1], 0, 0)],
+        damping=0.1 * np.eye(2),
+        drive_amplitude=[1, 2],
+        drive_frequency=1,
+        simultaneous="together",
+    )
+    run = vi.simulate(made, initial=np.zeros((2, 2)), time=3)
+    kinds = [(vi.EventKind(row["kind"]).name, row["stop"]) for row in run.contacts]
+    assert kinds == [("CLOSED", 0), ("RELEASE", 0)]
+    found = vi.verify(run)
+    assert found.holds
+    assert found.certified
+
+
+def test_of_two_rough_stops_one_may_leave():
+    # a body is thrown into a corner, sticks to both sides, and slides off along one of them
+    sides = [
+        vi.Stop([0, 1], 0, 0, friction=0.2, tangent=[1, 0]),
+        vi.Stop([1, 0], 0, 0, friction=0.3, tangent=[0, 1]),
+    ]
+    made = vi.Structure(
+        np.eye(2), 0.1 * np.eye(2), sides, static_load=[-1, 1], simultaneous="sequence"
+    )
+    run = vi.simulate(made, initial=[[0, 0], [1, 1]], time=3)
+    assert run.contacts["kind"].tolist() == [vi.EventKind.SLIDE_NEGATIVE]
+    found = vi.verify(run)
+    assert found.holds
+    assert found.certified
+
+
 def test_a_run_that_has_left_the_motion_is_given_up():
     chaotic = vi.Structure(
         [[1]],
