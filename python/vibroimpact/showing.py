@@ -49,10 +49,9 @@ class Shown:
         return html
 
 
-def counted(number: int, what: str) -> str:
-    """Return how many of something there are, in words."""
-    ending = "" if number == 1 else "es" if what.endswith("x") else "s"
-    return f"{number} {what}{ending}"
+def counted(number: int, what: str, *, ending: str = "s") -> str:
+    """Return how many of something there are, in words; ``ending`` is that of several."""
+    return f"{number} {what}{'' if number == 1 else ending}"
 
 
 # Numbers of an array in a table.

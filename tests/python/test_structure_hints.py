@@ -367,4 +367,4 @@ def test_one_damping_ratio_in_a_file_is_that_of_all_modes(rig, capsys):
 
 def test_one_is_no_plural():
     assert [counted(count, "cell") for count in (0, 1, 2)] == ["0 cells", "1 cell", "2 cells"]
-    assert counted(2, "box") == "2 boxes"
+    assert [counted(count, "box", ending="es") for count in (1, 2)] == ["1 box", "2 boxes"]

@@ -14,7 +14,7 @@ import repository
 import vibroimpact as vi
 from command_lines import ORBITS, SIMULATE
 from systems import PAPER
-from vibroimpact.cli import orbits
+from vibroimpact.cli import branches
 from vibroimpact.cli.options import whole
 from vibroimpact.extras import NEEDED, Extra, missing
 from vibroimpact.system import CHOICES
@@ -224,9 +224,9 @@ def test_docstrings_name_pages_not_files():
 def test_equal_legs_in_a_row_are_counted(run_command):
     free = vi._core.Leg.impact(vi.Regime.FRICTIONLESS)
     slip = vi._core.Leg.impact(vi.Regime.SLIP, 1, -1)
-    told = orbits._legs([*[free] * 18, slip, slip, vi._core.Leg.CHATTER, free])
+    told = branches._legs([*[free] * 18, slip, slip, vi._core.Leg.CHATTER, free])
     assert told == "18 x frictionless, 2 x impact:slip:+-, chatter, frictionless"
-    assert orbits._legs([]) == ""
+    assert branches._legs([]) == ""
     code, out, _ = run_command(ORBITS + " --follow drive-frequency 1.4 1.9")
     assert code == 0
     assert max(map(len, out.splitlines())) < 160

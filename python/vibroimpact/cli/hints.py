@@ -42,7 +42,7 @@ def check_words(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
             meant = closest(_argument(option), names)
             hint = f", did you mean {names[meant]}?" if meant else ""
             if "--set" in known_options and is_of_stops(_argument(option)):
-                hint = f", did you mean --set {option.removeprefix('--')} X?"
+                hint = f", did you mean --set {_argument(option).replace('_', '-')} X?"
             command.error(f"unrecognized arguments: {option}{hint}")
 
 

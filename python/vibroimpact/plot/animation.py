@@ -28,7 +28,7 @@ from .given import bodies_of, expected
 from .machine import Hit, Stage
 from .marks import contact_spans
 from .motion import phase_portrait, time_history
-from .stop_rows import StopRows
+from .stop_rows import Said, StopRows
 from .structure_history import coordinate_style, shown_coordinates
 from .structure_portrait import FEW
 from .style import BODY_COLORS, REGIME_STYLES, SLIDE_STYLE, STICK_STYLE, VERMILLION
@@ -84,19 +84,16 @@ class _Machine:
         state = self._states[frame].tolist()
         return [(state[2 * body - 2], state[2 * body - 1]) for body in self.bodies]
 
-    def show(self, frame: int) -> tuple[str, float | None]:
-        """Draw a frame in place of the one before; return what happens in words, and when.
-
-        None stands for the time of the frame.
-        """
+    def show(self, frame: int) -> Said:
+        """Draw a frame in place of the one before; return what happens."""
         system, mode = self.run.system, self._modes[frame]
         hit = self._hit(frame)
         phase = system.drive_frequency * float(self._times[frame]) + system.phase
         driven = is_driven(system)
         self._stage.show(self._states[frame], phase=phase if driven else None, mode=mode, hit=hit)
         if hit is not None and mode is None:
-            return f"impact, {REGIME_STYLES[hit.regime].text}", hit.time
-        return _TEXTS.get(mode or "", "apart"), None
+            return Said("impact", hit.time, REGIME_STYLES[hit.regime].text)
+        return Said(_TEXTS.get(mode or "", "apart"))
 
     @property
     def moving(self) -> list[Artist]:
@@ -144,8 +141,8 @@ class _Stops:
         q, v = self._states[frame]
         return [(float(each.of(q)), float(each.of(v))) for each in self._shown]
 
-    def show(self, frame: int) -> tuple[str, float | None]:
-        """Draw a frame in place of the one before; return what happens in words, and when."""
+    def show(self, frame: int) -> Said:
+        """Draw a frame in place of the one before; return what happens."""
         return self._rows.show(frame)
 
     @property
@@ -199,14 +196,11 @@ class _Scene:
     def draw(self, frame: int) -> list[Artist]:
         """Draw one frame; return what moves, from below to above."""
         time = float(self.times[frame])
-        doing, when = self._film.show(frame)
+        said: Said = self._film.show(frame)
         for dot, (x, v) in zip(self._dots, self._film.dots(frame), strict=True):
             dot.set_data([x], [v])
         self._now.set_xdata([time, time])
-        # An event is seen for a while: it keeps its own time.
-        at = "" if when is None else f" at {when:.2f}"
-        what, comma, how = doing.partition(",")
-        self._text.set_text(f"$t$ = {time:.2f}\n{what}{at}{comma}{how}")
+        self._text.set_text(f"$t$ = {time:.2f}\n{said.text}")
         drawn = [*self._film.moving, *self._dots, self._now, self._text]
         return sorted(drawn, key=lambda artist: artist.get_zorder())
 

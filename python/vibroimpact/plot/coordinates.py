@@ -57,8 +57,10 @@ class Combination(NamedTuple):
 
     def name(self, column: str) -> str:
         """Return the name by which it is asked for."""
-        signs = "".join(f"{'-' if sign < 0 else '+'}{column}_{i}" for sign, i in self.terms)
-        return signs.removeprefix("+")
+        text = ""
+        for sign, place in self.terms:
+            text += f"{'-' if sign < 0 else '+' if text else ''}{column}_{place}"
+        return text
 
     def met_by(self, normal: Array) -> bool:
         """Whether a stop with this normal acts on one of its coordinates."""

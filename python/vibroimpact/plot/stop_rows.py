@@ -42,6 +42,21 @@ _LEAST = 3.4
 _WORDS = {"closed": "closed", "slide": "slides", "stick": "sticks"}
 
 
+class Said(NamedTuple):
+    """What happens in a frame: in words, when if not at the time of the frame, and how."""
+
+    what: str
+    when: float | None = None
+    how: str = ""
+
+    @property
+    def text(self) -> str:
+        """All of it in one line."""
+        # An event is seen for a while: it keeps its own time.
+        at = "" if self.when is None else f" at {self.when:.2f}"
+        return f"{self.what}{at}{self.how and ', '}{self.how}"
+
+
 class Row(NamedTuple):
     """A row of the structure with its stops.
 
@@ -216,11 +231,8 @@ class StopRows:
         )
         return [wall, *line, text]
 
-    def show(self, frame: int) -> tuple[str, float | None]:
-        """Draw a frame in place of the one before; return what happens in words, and since when.
-
-        None stands for the time of the frame.
-        """
+    def show(self, frame: int) -> Said:
+        """Draw a frame in place of the one before; return what happens."""
         for artist in self.moving:
             artist.remove()
         self.moving = []
@@ -235,14 +247,12 @@ class StopRows:
             corner = (float(shown.block[frame]) - 0.5 * BLOCK, -y - 0.5 * _TALL)
             look: dict[str, Any] = {"fc": fill, "ec": parts.FRAME, "lw": 1.2, "zorder": 3}
             self.moving.append(self._ax.add_patch(Rectangle(corner, BLOCK, _TALL, **look)))
-        said, when = self._struck(frame, modes)
-        if said:
-            return said, when
-        return _said(modes) or ("apart" if self._rows else "no stops"), None
+        struck = self._struck(frame, modes)
+        return struck or Said(_said(modes) or ("apart" if self._rows else "no stops"))
 
-    def _struck(self, frame: int, modes: dict[int, Mode]) -> tuple[str, float]:
+    def _struck(self, frame: int, modes: dict[int, Mode]) -> Said | None:
         """Draw the last impact at each stop while it is seen; say which is the last of all."""
-        impacts, said, last = self._impacts, "", -np.inf
+        impacts, said, last = self._impacts, None, -np.inf
         time = float(self._times[frame])
         recent = impacts[(impacts["time"] > time - self._flash) & (impacts["time"] <= time)]
         for y, shown in enumerate(self._rows):
@@ -264,9 +274,9 @@ class StopRows:
                     zorder=9,
                 )
                 if when >= last:
-                    how = "" if regime == Regime.FRICTIONLESS else f", {style.text}"
-                    said, last = f"impact on stop {stop}{how}", when
-        return said, last
+                    how = "" if regime == Regime.FRICTIONLESS else style.text
+                    said, last = Said(f"impact on stop {stop}", when, how), when
+        return said
 
 
 def _said(modes: dict[int, Mode]) -> str:

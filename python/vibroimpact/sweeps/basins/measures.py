@@ -104,7 +104,7 @@ class BasinEntropy:
         if self.boundary_boxes:
             error = f" +- {self.boundary_error:.3f}" if self.boundary_boxes > 1 else ""
             where = f"on the boundary {self.boundary_entropy:.3f}{error}"
-        boxes = f"{self.boundary_boxes} of {counted(self.boxes, 'box')}"
+        boxes = f"{self.boundary_boxes} of {counted(self.boxes, 'box', ending='es')}"
         return (
             f"<BasinEntropy {self.entropy:.3f}, {where}, {boxes} of {self.box} x {self.box} cells>"
         )
