@@ -239,7 +239,7 @@ def test_energy_grows_on_the_map_of_newton_alone():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"x1": 1.0}, r"x1 of shape \(\) is not allowed"),
+        ({"x1": 1.0}, r"x1 = 1.0 is not allowed; allowed: one dimension, such as \[1.0\]"),
         ({"velocity_ratio": [1.0, np.nan]}, r"velocity_ratio\[1\] = nan"),
         ({"steps": -1}, "steps = -1"),
     ],
