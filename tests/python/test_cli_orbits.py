@@ -252,6 +252,15 @@ def between(tmp_path):
     return f"orbits --system {tmp_path / 'between.json'} --initial 0 0 0 0 --follow drive-frequency"
 
 
+def test_a_motion_with_another_mirror_image_says_so(run_command, tmp_path):
+    for omega, words in ((1.0, "stable; its mirror image is another motion"), (1.3, "stable")):
+        path = tmp_path / "between.json"
+        path.write_text(MIRRORED.replace(drive_frequency=omega).to_json(), encoding="utf-8")
+        code, out, err = run_command(f"orbits --system {path} --initial 0 0 0 0")
+        assert (code, err) == (0, "")
+        assert out.splitlines()[1].split("  ")[-1].strip() == words
+
+
 def test_branches_that_leave_bifurcations_are_followed_too(run_command, between, tmp_path):
     code, out, err = run_command(
         f"{between} 0.9 3 --switch 3 11", "--csv", tmp_path / "b.csv", "--plot", tmp_path / "b.png"

@@ -94,7 +94,10 @@ def printed_row(
     numbers = [size]
     if isinstance(motion, PeriodicMotion):
         numbers = [*_state(motion, units), size]
-    values = [motion.label, *(f"{value:.9g}" for value in numbers), verdict(motion)]
+    told = verdict(motion)
+    if isinstance(motion, StructureOrbit) and motion.is_symmetric is False:
+        told += "; its mirror image is another motion"
+    values = [motion.label, *(f"{value:.9g}" for value in numbers), told]
     names = PRINTED_NAMES if isinstance(motion, PeriodicMotion) else _PRINTED_OF_STRUCTURES
     return dict(zip(names, values, strict=True))
 
