@@ -120,12 +120,14 @@ def _axes(spread: arb_mat, reach: arb_mat) -> list[list[float]] | None:
 
 def _add(axes: list[list[float]], unit: list[float]) -> None:
     """Another axis, orthogonal to those there are; none if it depends on them (Gram, Schmidt)."""
-    left = unit
-    for _ in range(2):
+    left, length, before = unit, 1.0, math.inf
+    while length > _DEPENDENT and length < before / 2:
+        # again where much is lost, and with it the right angle
+        before = length
         for axis in axes:
             part = sum(map(mul, axis, left))
             left = [q - part * p for p, q in zip(axis, left, strict=True)]
-    length = math.hypot(*left)
+        length = math.hypot(*left)
     if length > _DEPENDENT:
         axes.append([value / length for value in left])
 
