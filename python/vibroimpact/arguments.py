@@ -373,7 +373,7 @@ def vector(
     With ``spread`` one number stands for ``length`` equal ones.
     """
     array = array_of(name, values, "a one-dimensional array of finite numbers")
-    if spread and array.ndim == 0 and length is not None:
+    if spread and array.ndim == 0 and array.dtype.kind in "iuf" and length is not None:
         array = np.repeat(array, length)
     _check_shape(name, array, length, ", or one number for all" if spread else "")
     if array.dtype.kind not in "iuf" and array.size > 0:
@@ -433,7 +433,7 @@ def _check_shape(name: str, array: NDArray[Any], length: int | None, more: str =
 
 def _shape_of(name: str, array: NDArray[Any]) -> str:
     """Return what an error says of an array of another shape; of one number its value."""
-    return f"{name} of shape {array.shape}" if array.ndim else f"{name} = {array.item()!r}"
+    return f"{name} of shape {array.shape}" if array.ndim else f"{name} = {in_short(array.item())}"
 
 
 def _check_finite(name: str, array: NDArray[Any]) -> None:

@@ -146,6 +146,7 @@ TAKES: dict[str, set[str]] = {
     "range around 0.5": _PAIRS - {"pair of unsigned", "pair, huge"},
     "range or none": {*_PAIRS, "none"} - {"pair of unsigned", "pair, huge"},
     "pair or none": {"none", *_PAIRS},
+    "pair, number or none": {"none", *_PAIRS, *_NOT_NEGATIVE},
     "pair": _PAIRS,
     "complex pair or none": {"none", "pair of complex", *_PAIRS},
     # Beyond the frequencies of modes.

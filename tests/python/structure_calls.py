@@ -19,7 +19,7 @@ _STOP = {
 _STRUCTURE = {
     "stops": "stops",
     "damping": "object or none",
-    "damping_ratios": "pair or none",
+    "damping_ratios": "pair, number or none",
     "static_load": "pair or none",
     "drive_amplitude": "complex pair or none",
     "drive_frequency": "number >= 0",
@@ -111,7 +111,7 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             | {
                 "frequencies": "ascending pair",
                 "shapes": "rows of two",
-                "modal_mass": "pair or none",
+                "modal_mass": "pair, number or none",
             },
         ),
         "Structure.replace": (

@@ -242,7 +242,7 @@ def test_one_number_stands_for_those_of_all_modes():
     one = vi.Structure.from_modes(**modes, modal_mass=4, damping_ratios=0.1)
     assert one == vi.Structure.from_modes(**modes, modal_mass=[4, 4], damping_ratios=[0.1, 0.1])
     assert vi.Structure.from_json(one.to_json()) == one
-    with pytest.raises(vi.ParameterError, match=r"^damping_ratios of type bool is not allowed"):
+    with pytest.raises(vi.ParameterError, match=r"^damping_ratios = True is not allowed; "):
         TWO.replace(damping_ratios=True)
     free = {"mass": [[1, 0], [0, 1]], "stiffness": [[1, -1], [-1, 1]], "stops": []}
     with pytest.raises(vi.ParameterError, match=r"damping_ratios\[0\] = 0.1 is not allowed"):
