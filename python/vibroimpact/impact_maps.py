@@ -18,7 +18,7 @@ from .errors import Interrupted
 from .impact_results import ImpactAgreement, ImpactRegimes
 from .impacts import MOST_STEPS, impact
 from .interruption import interruptible
-from .made import need_system
+from .machine_kinds import need_system
 from .system import System
 
 # Cells of a map along each axis. Even: no column has sin x1 = 0, no row has x1' = 0: there the

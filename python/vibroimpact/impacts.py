@@ -18,7 +18,7 @@ from . import _core
 from .arguments import array_of, as_floats, optional_count, reject
 from .errors import ParameterError, StateError
 from .interruption import interruptible
-from .made import need_system
+from .machine_kinds import need_system
 from .system import System
 
 MOST_STEPS = 10**6

@@ -19,7 +19,7 @@ from ._core import PARAMETERS
 from .arguments import in_short, reject, state, states, swept, unknown
 from .by_value import leaves
 from .errors import ParameterError, StateError
-from .machine import Machine as AnyMachine
+from .machine_kinds import is_maker, is_structure, need_system
 from .physical import QUANTITIES
 from .scales import in_si, needed
 from .stop import is_of_stops, value_of_stops
@@ -27,9 +27,6 @@ from .structure import Structure
 from .system import System
 
 Maker = Callable[..., System]
-
-# What an error about a structure adds, where only a System can be had.
-NOT_YET = "; not for structures yet"
 
 _COORDINATES = ("x1", "v1", "x2", "v2")
 # Quantities that change the units of a start, l and omega_2.
@@ -42,16 +39,6 @@ _STEP = 6e-6
 _LEAST_SCALE = 0.1
 # A start may differ so much from the system that the function makes for it.
 _SAME = 1e-9
-
-
-def is_maker(system: Any) -> bool:
-    """Whether a function, not a system, is given."""
-    return callable(system) and not isinstance(system, System)
-
-
-def is_structure(system: Any) -> bool:
-    """Whether this is a Structure; its module is not loaded to be asked."""
-    return isinstance(system, AnyMachine) and not isinstance(system, System)
 
 
 def in_words(values: Mapping[str, float]) -> str:
@@ -418,11 +405,3 @@ def _alike(one: Any, other: Any) -> bool:
     if isinstance(one, float | complex | int) and isinstance(other, float | complex | int):
         return bool(np.isclose(one, other, rtol=_SAME, atol=_SAME))
     return bool(one == other)
-
-
-def need_system(system: Any, *, maker: bool = False) -> None:
-    """Refuse what is no System, nor, with ``maker``, a function that makes one."""
-    if not isinstance(system, System) and not (maker and is_maker(system)):
-        also = " or a function that makes one" if maker else ""
-        yet = NOT_YET if is_structure(system) else ""
-        reject("system", system, f"a vibroimpact.System{also}{yet}")

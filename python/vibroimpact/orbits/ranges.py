@@ -6,17 +6,8 @@ from typing import Any, NoReturn, TypeVar
 
 from ..arguments import number, pair, reject, triple, unknown
 from ..errors import ParameterError
-from ..made import (
-    NOT_YET,
-    Machine,
-    MadeStructure,
-    Maker,
-    check_names,
-    is_maker,
-    made_from,
-    started,
-    value_of,
-)
+from ..machine_kinds import NOT_YET, is_maker
+from ..made import Machine, MadeStructure, Maker, check_names, made_from, started, value_of
 from ..physical import QUANTITIES
 from ..scales import in_si
 from ..structure import Structure

@@ -21,7 +21,7 @@ from ..arguments import count, reject, state, states
 from ..continuation.newton import solve
 from ..errors import Interrupted, StateError
 from ..interruption import interruptible
-from ..made import need_system
+from ..machine_kinds import need_system
 from ..run import Run
 from ..simulation import refuse_overlap, simulate
 from ..structure import Structure

@@ -17,7 +17,8 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from ..arguments import reject
-from ..made import MadeStructure, is_structure, made_from, value_of
+from ..machine_kinds import is_structure
+from ..made import MadeStructure, made_from, value_of
 from ..orbits.branch import Piece
 from ..scales import COLUMN_UNITS, Scales, needed
 from ..structure import Structure

@@ -19,7 +19,7 @@ from .._core import PARAMETERS
 from ..arguments import axis, count
 from ..errors import Interrupted, ParameterError
 from ..interruption import interruptible
-from ..made import need_system
+from ..machine_kinds import need_system
 from ..orbits.motion import PeriodicMotion, all_inside, multipliers_of
 from ..orbits.verdict import MAX_EVENTS
 from ..system import System

@@ -15,7 +15,7 @@ from .._core import Leg, Regime
 from ..arguments import count, number, pair, reject
 from ..errors import Interrupted
 from ..interruption import interruptible
-from ..made import need_system
+from ..machine_kinds import need_system
 from ..orbits.motion import PeriodicMotion
 from ..orbits.shooting import solve_orbit
 from ..orbits.verdict import motion_of

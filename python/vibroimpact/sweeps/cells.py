@@ -21,7 +21,8 @@ from ..arguments import (
     reject,
     swept,
 )
-from ..made import is_maker, names_of
+from ..machine_kinds import is_maker
+from ..made import names_of
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
 from .grid_machine import START, GridMachine, Rows, with_coordinates

@@ -15,7 +15,8 @@ from ..arguments import count, optional_count, reject, threads
 from ..errors import ClusterError, Interrupted, StateError
 from ..interruption import interruptible
 from ..keyword_types import Parameters, completing
-from ..made import Maker, in_units, is_structure
+from ..machine_kinds import is_structure
+from ..made import Maker, in_units
 from ..scales import Units
 from ..simulation import refuse_overlap
 from ..stop import numbered

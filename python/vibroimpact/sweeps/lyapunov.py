@@ -18,7 +18,8 @@ from .._core import CHATTER_TOLERANCE
 from ..arguments import count, flag, kept_periods, positive, reject, state, threads
 from ..interruption import interruptible
 from ..keyword_types import Axes, completing
-from ..made import Maker, in_units, is_maker, is_structure
+from ..machine_kinds import is_maker, is_structure
+from ..made import Maker, in_units
 from ..scales import Units, in_si, needed
 from ..simulation import simulate
 from ..system import System

@@ -14,7 +14,8 @@ from .._core import PARAMETERS
 from ..arguments import in_short, reject, state, states
 from ..errors import ParameterError
 from ..machine import Machine
-from ..made import Maker, called, in_words, is_maker
+from ..machine_kinds import is_maker
+from ..made import Maker, called, in_words
 from ..scales import Scales
 from ..system import System
 from .columns import COORDINATES

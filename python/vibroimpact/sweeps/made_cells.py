@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ParameterError, StateError
-from ..made import called, check_names, in_words, is_maker, takes
+from ..machine_kinds import is_maker
+from ..made import called, check_names, in_words, takes
 from .columns import COORDINATES
 from .fields import Field
 from .grid import Grid
