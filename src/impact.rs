@@ -28,8 +28,8 @@ pub use incremental::{IncrementalError, MAX_INCREMENTS, incremental};
 pub use outcome::{ImpactOutcome, OutcomeError};
 pub(crate) use path::{PathEnd, follow, slipping_path};
 pub use regime::{Regime, RegimeKind};
-pub(crate) use structure::approach_grows_at;
 pub use structure::{StopImpact, strike};
+pub(crate) use structure::{approach_grows_at, strike_inline};
 
 pub use crate::model::contact_coordinates::PreImpact;
 

@@ -235,6 +235,8 @@ impl StructureMotion {
 
     /// Gap of a stop and its rate, u, at a clock, coordinates and velocities.
     #[must_use]
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // in the lanes
     pub fn gap(&self, stop: usize, clock: Clock, q: &[f64], v: &[f64]) -> (f64, f64) {
         let StopMotion { normal, gap, amplitude, drive, .. } = &self.stops[stop];
         let Trig { cos, sin } = self.stops[stop].trig_at(clock);
@@ -373,6 +375,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// The same of a row's entries with their places.
+#[inline(always)]
+#[allow(clippy::inline_always)] // in the lanes
 fn sparse_dot(row: &[(usize, f64)], x: &[f64]) -> f64 {
     if let &[(at, n)] = row {
         return n * x[at];

@@ -177,6 +177,17 @@ impl Response {
         }
     }
 
+    /// Displacements and rates per x, x', cos psi and sin psi, and those of a loaded body from rest.
+    pub fn parts(&self) -> [(&Lanes, &Lanes); 5] {
+        [
+            (&self.x_of_x, &self.v_of_x),
+            (&self.x_of_v, &self.v_of_v),
+            (&self.x_of_cos, &self.v_of_cos),
+            (&self.x_of_sin, &self.v_of_sin),
+            (&self.x_from_rest, &self.v_from_rest),
+        ]
+    }
+
     #[inline(always)]
     pub fn motion(&self, x: f64, v: f64, psi: Trig, loads: Loads) -> (Lanes, Lanes) {
         let (mut xs, mut vs) = ([0.0; LANES], [0.0; LANES]);

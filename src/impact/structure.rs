@@ -58,6 +58,18 @@ pub fn strike(
     approach_velocity: f64,
     velocities: &mut [f64],
 ) -> Result<StopImpact, ImpactFailure> {
+    strike_inline(structure, stop, approach_velocity, velocities)
+}
+
+/// [`strike`], compiled with what calls it.
+#[inline(always)]
+#[allow(clippy::inline_always)] // a round of the lanes is compiled for several instruction sets
+pub(crate) fn strike_inline(
+    structure: &Structure,
+    stop: usize,
+    approach_velocity: f64,
+    velocities: &mut [f64],
+) -> Result<StopImpact, ImpactFailure> {
     let count = structure.coordinates();
     assert!(velocities.len() == count, "{count} velocities");
     let (at, rows) = (&structure.stops()[stop], structure.contact(stop));

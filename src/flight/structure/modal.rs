@@ -5,6 +5,7 @@
 
 mod begins;
 mod carry;
+mod few_steps;
 mod flight_lanes;
 mod fours;
 mod search;
@@ -19,6 +20,7 @@ use smallvec::SmallVec;
 
 use self::begins::StopGroup;
 use self::carry::Carried;
+use self::few_steps::ModeSteps;
 use self::fours::{FOUR, Four};
 use self::search::ContactSearch;
 use super::{StopContact, StopMotion};
@@ -68,6 +70,8 @@ pub(super) struct ModeMotion {
 #[derive(Debug, Clone)]
 pub(super) struct Table {
     pub responses: Vec<Response>,
+    /// Of few modes.
+    few: Vec<ModeSteps>,
     pub turns: [Turn; LANES],
     pub weights: Weights,
 }
@@ -201,9 +205,15 @@ impl ModalMotion {
             let step = self.step(level);
             let times = std::array::from_fn(|j| step * (j + 1) as f64);
             let turns = times.map(|s| self.drive.turned(Trig::ONE, s));
-            let responses =
-                self.modes.iter().map(|mode| Response::new(&mode.oscillator, &times, &turns));
-            Table { responses: responses.collect(), turns, weights: Weights::new(step) }
+            let response = |mode: &ModeMotion| Response::new(&mode.oscillator, &times, &turns);
+            let responses: Vec<_> = self.modes.iter().map(response).collect();
+            let few = if self.modes.len() <= FEW {
+                let modes = self.modes.iter().zip(&responses);
+                modes.map(|(mode, of)| ModeSteps::new(&mode.oscillator, of, &turns)).collect()
+            } else {
+                Vec::new()
+            };
+            Table { responses, few, turns, weights: Weights::new(step) }
         })
     }
 

@@ -68,44 +68,29 @@ impl<T: Job<Model = Structure>> Batch<'_, T> {
     /// The next impact of each lane, or one leg outside of it.
     #[inline(always)]
     fn strike_each(&mut self) {
-        let (mut looking, mut met) = (LaneSet::default(), LaneSet::default());
+        let (mut near, mut struck) = (LaneSet::default(), LaneSet::default());
         for j in 0..LANES {
             if self.begin_search(j) {
-                looking.push(j);
-            }
-        }
-        while !looking.is_empty() {
-            let mut near = LaneSet::default();
-            for j in looking.iter() {
                 match self.look(j) {
                     Looked::Near => near.push(j),
-                    Looked::Met => met.push(j),
                     Looked::Unusual => self.leg_outside(j, None),
                 }
             }
-            looking = LaneSet::default();
-            if near.is_empty() {
-                break;
-            }
-            self.lanes.flights.find_contacts();
-            for j in near.iter() {
-                let Some(job) = &mut self.jobs[j] else { continue };
-                if self.lanes.flights.take_contact(j, job.parts().0.motion.free()) {
-                    looking.push(j);
-                } else {
-                    self.leg_outside(j, None);
-                }
+        }
+        self.lanes.flights.find_contacts();
+        let mut contacts = [None; LANES];
+        for j in near.iter() {
+            if let Some(job) = &mut self.jobs[j] {
+                contacts[j] = self.lanes.flights.take_contact(j, job.parts().0.motion.free());
             }
         }
-        let mut struck = LaneSet::default();
-        let contacts = std::array::from_fn::<_, LANES, _>(|j| self.lanes.flights.met(j));
         self.lanes.flights.find_states();
-        for j in met.iter() {
-            let Some(contact) = contacts[j] else { continue };
-            if self.strike(j, &contact) {
+        for j in near.iter() {
+            let contact = contacts[j].filter(|_| self.lanes.flights.is_first(j));
+            if contact.is_some_and(|contact| self.strike(j, &contact)) {
                 struck.push(j);
             } else {
-                self.leg_outside(j, Some(contact));
+                self.leg_outside(j, contact);
             }
         }
         self.lanes.flights.start();
@@ -131,14 +116,14 @@ impl<T: Job<Model = Structure>> Batch<'_, T> {
             let motion = simulation.motion.free();
             if in_lane[j] {
                 let touched = impacts[j].as_ref().map(|of| of.impact.stop);
-                flights.begin_search(j, motion, touched);
+                flights.begin_search(j, touched);
                 return true;
             }
             if let (Some(touched), Some(flight)) =
                 (simulation.begins_for_lane(), simulation.flight.free())
                 && flights.load(j, motion, flight)
             {
-                flights.begin_search(j, motion, touched);
+                flights.begin_search(j, touched);
                 return true;
             }
             self.leg_outside(j, None);
@@ -185,10 +170,12 @@ impl<T: Job<Model = Structure>> Batch<'_, T> {
         let (simulation, _) = job.parts();
         let count = simulation.system.coordinates();
         let (q, v) = flights.state(j);
-        let store = |motion: &_, flight: &mut _| flights.store(j, motion, *clock, flight);
+        if let Some((motion, flight)) = simulation.free_flight() {
+            flights.store(j, motion, *clock, flight);
+        }
         #[cfg(test)]
         tests::IN_LANES.set(tests::IN_LANES.get() + 1);
-        simulation.begin_alone(*clock, impact, (&q[..count], &v[..count]), store);
+        simulation.begin_alone(*clock, impact, (&q[..count], &v[..count]));
         in_lane[j] = simulation.point.completion.is_none();
         if !job.skips() {
             let pre = StructureState::new(&q[..count], &before[..count]);

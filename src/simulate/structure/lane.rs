@@ -42,7 +42,7 @@ impl Motion {
         if approach <= 0.0 || approach.is_nan() {
             return None;
         }
-        let impact = impact::strike(self.structure(), stop, approach, v).ok()?;
+        let impact = impact::strike_inline(self.structure(), stop, approach, v).ok()?;
         if self.structure().stops()[stop].restitution() == 0.0 && impact.regime.kind().sticks() {
             return None; // a landing
         }
@@ -82,6 +82,12 @@ impl Simulation<Structure> {
         Some(touching.at.first().filter(|_| begins).map(|&(stop, _)| stop as usize))
     }
 
+    /// The free motion, and the present flight if it is free, over which another is to be written.
+    #[inline(always)]
+    pub(crate) fn free_flight(&mut self) -> Option<(&StructureMotion, &mut StructureFlight)> {
+        Some((&self.motion.free, self.flight.free_mut()?))
+    }
+
     /// A search has met this contact, as for a single flight.
     #[inline(always)]
     pub(crate) fn set_met(&mut self, met: &Met) {
@@ -90,15 +96,14 @@ impl Simulation<Structure> {
         self.found = Some(Found::Contact(Touch { time, offset, gap, state }));
     }
 
-    /// Begins the flight after an impact on a stop that was met alone; whether chatter may have
-    /// begun. Written over the last one, number by number.
+    /// Begins the flight after an impact on a stop that was met alone, which has been written over
+    /// the last one ([`Self::free_flight`]); whether chatter may have begun.
     #[inline(always)]
     pub(crate) fn begin_alone(
         &mut self,
         clock: Clock,
         impact: &StopImpact,
         (q, v): (&[f64], &[f64]),
-        store: impl FnOnce(&StructureMotion, &mut StructureFlight),
     ) -> bool {
         let anchor = &mut self.point.anchor;
         anchor.state.q.copy_from_slice(q);
@@ -107,7 +112,7 @@ impl Simulation<Structure> {
         anchor.phase = Phase::Flight(FlightStart::Touching);
         anchor.touching.at.clear();
         anchor.touching.at.push((impact.stop as u32, StopStart::Touching));
-        self.flight.restart(clock, (q, v), |flight| store(&self.motion.free, flight));
+        self.flight.restart(clock, (q, v));
         self.point.monitor.at_contact(impact.stop as u32);
         let view = self.system.chatter_view(impact);
         let chatters = self.left(&view);

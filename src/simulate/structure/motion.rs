@@ -62,21 +62,20 @@ impl StructureLeg {
         if let LegKind::Free(flight) = &self.kind { Some(flight) } else { None }
     }
 
-    /// Another free flight takes its place, from this clock, q and v.
+    /// The same, to be written over.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(super) fn restart(
-        &mut self,
-        clock: Clock,
-        (q, v): (&[f64], &[f64]),
-        store: impl FnOnce(&mut StructureFlight),
-    ) {
+    pub(super) fn free_mut(&mut self) -> Option<&mut StructureFlight> {
+        if let LegKind::Free(flight) = &mut self.kind { Some(flight) } else { None }
+    }
+
+    /// Another free flight has taken its place, from this clock, q and v.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(super) fn restart(&mut self, clock: Clock, (q, v): (&[f64], &[f64])) {
         self.clock = clock;
         self.state.q.copy_from_slice(q);
         self.state.v.copy_from_slice(v);
-        if let LegKind::Free(flight) = &mut self.kind {
-            store(flight);
-        }
     }
 
     /// Whether nothing will ever end or move it.

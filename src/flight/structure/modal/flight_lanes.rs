@@ -24,7 +24,6 @@ use crate::numerics::elementary::decay_minus_1;
 use crate::numerics::lanes::{LANES, Lanes};
 use crate::search::first_contact::{Start, short_time};
 use crate::search::gap::{GapBoundsLanes, GapPoint, Higher};
-use crate::search::scan::RisingSteps;
 use crate::search::tolerances::SETTLE_PART;
 
 /// Stops at most, so that they are one group.
@@ -60,11 +59,8 @@ pub(crate) struct FlightLanes {
     modes: [ModeLanes; FEW],
     stops: [StopLanes; MOST_STOPS],
     searches: [StopSearch; LANES],
-    /// What a contact is found from: a step on which the gap rises (1 in `on_step`), or a time near
-    /// it; n . phi of the stop's modes, the bounds of its gap, where that begins, and its rounding
-    /// there.
-    rising_steps: RisingSteps,
-    on_step: [u64; LANES],
+    /// What a contact is found from: a time near it; n . phi of the stop's modes, the bounds of its
+    /// gap, where that begins, and its rounding there.
     near: Lanes,
     parts: [Lanes; FEW],
     bounds: GapBoundsLanes,
@@ -99,6 +95,8 @@ struct ModeLanes {
     bodies: BodyFlights,
     series: SeriesLanes,
     motions: MotionLanes,
+    /// Displacement at the contact.
+    met: Lanes,
 }
 
 /// One stop of each structure.
@@ -366,8 +364,7 @@ impl FlightLanes {
     #[inline(always)]
     pub fn find_contacts(&mut self) {
         for j in 0..LANES {
-            let rising = self.rising_steps.get(j).near();
-            self.near[j] = short_time(if self.on_step[j] == 1 { rising } else { self.near[j] });
+            self.near[j] = short_time(self.near[j]);
         }
         let times = self.near;
         self.evaluate(&times);
@@ -413,7 +410,7 @@ impl FlightLanes {
         let Self { shape, modes, rest, q, v, .. } = self;
         let count = shape.modes;
         (*q, *v) = Default::default();
-        for mode in &modes[..count] {
+        for mode in &mut modes[..count] {
             let (mut place, mut rate) = ([0.0; LANES], [0.0; LANES]);
             for j in 0..LANES {
                 (place[j], rate[j]) = mode.equations.get(j).later(&mode.motion(j), rest[j]);
@@ -424,6 +421,7 @@ impl FlightLanes {
                     v[c][j] += mode.shape[c][j] * rate[j];
                 }
             }
+            mode.met = place;
         }
     }
 

@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 use super::begins::Begins;
 use super::shared::Shared;
 use super::stop_gap::StopGap;
-use super::{ModalFlight, ModalMotion, StopContact};
+use super::{FEW, ModalFlight, ModalMotion, StopContact};
 use crate::flight::structure::again_at_the_end;
 use crate::numerics::lanes::LANES;
 use crate::search::first_contact::{Found, Start, first_contact};
@@ -56,6 +56,7 @@ impl pulp::NullaryFnOnce for ContactSearch<'_> {
         order.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
         let (mut found, mut clear, mut left) = (None, f64::INFINITY, motion.span);
         let shared = Shared::default();
+        let shared = (motion.modes.len() > FEW).then_some(&shared);
         for &(_, stop) in &order {
             let (start, begin) = (self.start(stop), begins[stop / LANES].get(stop % LANES));
             if start == Start::Apart && found.is_some() && begin.stays_apart(left, motion.span) {
@@ -63,7 +64,7 @@ impl pulp::NullaryFnOnce for ContactSearch<'_> {
                 continue;
             }
             let until = if left < motion.span { left } else { f64::INFINITY };
-            let (own, shared) = (&motion.stops[stop], &shared);
+            let own = &motion.stops[stop];
             let gap = StopGap { motion, flight, index: stop, stop: own, begin, until, shared };
             let told = first_contact(&gap, start, left).found;
             let told = again_at_the_end(told, left, motion.span, |further| {

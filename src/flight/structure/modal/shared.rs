@@ -18,8 +18,6 @@ pub(super) struct Shared(RefCell<Strides>);
 #[derive(Default)]
 struct Strides {
     all: SmallVec<[Stride; 1]>,
-    /// How many of them are of the present flight; the others are filled anew.
-    known: usize,
 }
 
 /// Displacements, rates and accelerations of each mode at eight steps of a level.
@@ -30,12 +28,6 @@ pub(super) struct Stride {
 }
 
 impl Shared {
-    /// Forgets them, for another flight.
-    #[inline(always)]
-    pub fn clear(&mut self) {
-        self.0.get_mut().known = 0;
-    }
-
     /// Eight steps of a level from a local time on.
     #[inline(always)]
     pub fn stride(
@@ -47,23 +39,17 @@ impl Shared {
     ) -> Ref<'_, Stride> {
         let is_it = |stride: &Stride| stride.level == level && stride.from == from;
         let strides = self.0.borrow();
-        let place = strides.all[..strides.known].iter().position(is_it);
+        let place = strides.all.iter().position(is_it);
         drop(strides);
         let place = if let Some(place) = place {
             place
         } else {
             let mut strides = self.0.borrow_mut();
-            let place = strides.known;
-            strides.known += 1;
+            let place = strides.all.len();
             // Filled where it stays: it is large.
-            if place == strides.all.len() {
-                let modes = SmallVec::with_capacity(motion.modes.len());
-                strides.all.push(Stride { level, from, modes });
-            }
-            let stride = &mut strides.all[place];
-            (stride.level, stride.from) = (level, from);
-            stride.modes.clear();
-            motion.fill(flight, stride);
+            let modes = SmallVec::with_capacity(motion.modes.len());
+            strides.all.push(Stride { level, from, modes });
+            motion.fill(flight, &mut strides.all[place]);
             place
         };
         Ref::map(self.0.borrow(), |strides| &strides.all[place])

@@ -3,6 +3,7 @@
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
 use super::begins::Begin;
+use super::few_steps::Spot;
 use super::shared::Shared;
 use super::{ModalFlight, ModalMotion, StopMotion};
 use crate::flight::drive::{Trig, Turn};
@@ -21,7 +22,8 @@ pub(super) struct StopGap<'a> {
     pub begin: Begin,
     /// Later contacts are of no interest; infinite where any is.
     pub until: f64,
-    pub shared: &'a Shared,
+    /// What the gaps of many modes have in common.
+    pub shared: Option<&'a Shared>,
 }
 
 impl StopGap<'_> {
@@ -118,10 +120,9 @@ impl Gap for StopGap<'_> {
 }
 
 impl SteppedGap for StopGap<'_> {
-    /// Local time where a scan stands.
-    type Place = f64;
-    /// Local time of the last place, and the step.
-    type Places = (f64, f64);
+    type Place = Spot;
+    /// The last place, and the step.
+    type Places = (Spot, f64);
 
     #[inline(always)]
     fn scan_start(&self) -> ScanStart {
@@ -179,8 +180,8 @@ impl SteppedGap for StopGap<'_> {
     }
 
     #[inline(always)]
-    fn place(&self) -> f64 {
-        0.0
+    fn place(&self) -> Spot {
+        Spot::default()
     }
 
     #[inline(always)]
@@ -194,7 +195,7 @@ impl SteppedGap for StopGap<'_> {
     }
 
     #[inline(always)]
-    fn eight_steps(&self, level: usize, from: &f64) -> ((f64, f64), Jets) {
+    fn eight_steps(&self, level: usize, from: &Spot) -> ((Spot, f64), Jets) {
         let mut jets = Jets::default();
         let StopMotion { gap, amplitude, row, .. } = self.stop;
         if *amplitude == 0.0 {
@@ -202,9 +203,14 @@ impl SteppedGap for StopGap<'_> {
                 *value = -gap;
             }
         } else {
-            self.add_own_steps(level, *from, &mut jets);
+            self.add_own_steps(level, from.time, &mut jets);
         }
-        let stride = self.shared.stride(self.motion, self.flight, level, *from);
+        let step = self.motion.step(level);
+        let Some(shared) = self.shared else {
+            let spot = self.motion.add_few_modes(self.flight, (level, from), self.stop, &mut jets);
+            return ((spot, step), jets);
+        };
+        let stride = shared.stride(self.motion, self.flight, level, from.time);
         // Sum by sum, each of which compilers keep in whole registers.
         let Jets { mut value, mut rate, mut second } = jets;
         for ([xs, vs, accelerations], &part) in stride.modes.iter().zip(row) {
@@ -219,12 +225,12 @@ impl SteppedGap for StopGap<'_> {
             }
         }
         let jets = Jets { value, rate, second };
-        ((*from, self.motion.step(level)), jets)
+        ((*from, step), jets)
     }
 
     #[inline(always)]
-    fn place_after((from, step): &(f64, f64), j: usize) -> f64 {
-        from + step * (j + 1) as f64
+    fn place_after((from, step): &(Spot, f64), j: usize) -> Spot {
+        from.after(*step, j + 1)
     }
 }
 
