@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 use vibroimpact::{
     CancelToken, Contact, Horizon, Run, RunOptions, Simultaneous, State, Stop, StopReason,
     Structure, StructureState, System, run,
@@ -14,61 +15,85 @@ use vibroimpact::{
 use crate::support::draws;
 use crate::support::random_structures::{Drawn, Units, uniform};
 
+const MOST_EVENTS: u64 = 5_000;
+
 fn made(structure: &Structure, start: &StructureState, periods: i64) -> Run<Structure> {
-    let options = RunOptions { max_events: 5_000, ..RunOptions::periods(periods) };
+    let options = RunOptions { max_events: MOST_EVENTS, ..RunOptions::periods(periods) };
     match run(structure, start.clone(), options, &CancelToken::never()) {
         Ok(run) => run,
         Err(error) => panic!("{error}: {structure:?} {start:?}"),
     }
 }
 
+/// What a run of a random structure tells.
+struct Told {
+    reason: StopReason,
+    impacts: usize,
+    contacts: usize,
+    /// Energy that no work explains, over all works.
+    unexplained: f64,
+    /// The deepest place in a stop, over the coordinates.
+    depth: f64,
+}
+
+fn told(case: usize, drawn: &Drawn) -> Told {
+    let (structure, start) = (drawn.structure(Units::DRAWN), drawn.start(Units::DRAWN));
+    let run = made(&structure, &start, 12);
+    for row in &run.impacts {
+        let size: f64 = row.v_pre.iter().map(|v| v * v).sum();
+        assert!(row.impulse_normal >= 0.0, "case {case}");
+        let gains = drawn.may_gain() || row.energy_loss >= -1e-12 * size.max(1.0);
+        assert!(gains, "case {case}: {row:?}");
+    }
+    let (from, to) = (run.kept_from(), run.final_state.time);
+    let times: Vec<f64> =
+        (0..=200).map(|i| (from + (to - from) * f64::from(i) / 200.0).min(to)).collect();
+    let mut deepest = 0.0f64;
+    for (time, state) in times.iter().zip(run.trajectory(&times).unwrap()) {
+        for (j, stop) in structure.stops().iter().enumerate() {
+            let place: f64 = stop.normal().iter().zip(&state.q).map(|(n, q)| n * q).sum();
+            let own = stop.amplitude() * (structure.drive_frequency() * time + stop.phase()).cos();
+            let size: f64 = state.q.iter().map(|q| q.abs()).sum();
+            let depth = (place - stop.gap() - own) / size.max(1.0);
+            deepest = deepest.max(depth);
+            assert!(depth < 1e-12, "case {case}: stop {j} at {time}: {depth}");
+        }
+    }
+    let audit = run.energy_audit(&CancelToken::never()).unwrap();
+    let unexplained = audit.residual().abs() / audit.total.max(audit.energy_end).max(1e-3);
+    // A rounding of each event, and what is stated of the ends of chatter, twice in v^2.
+    let stated: f64 = run.contacts.iter().map(|row| row.error).sum();
+    let allowed = MOST_EVENTS as f64 * f64::EPSILON + 2.0 * stated;
+    assert!(unexplained < allowed, "case {case}: {audit:?} {:?}: {drawn:?}", run.stop_reason);
+    Told {
+        reason: run.stop_reason,
+        impacts: run.impacts.len(),
+        contacts: run.contacts.len(),
+        unexplained,
+        depth: deepest,
+    }
+}
+
 #[test]
 fn random_structures_end_for_a_reason_and_explain_their_energy() {
     let mut rng = ChaCha8Rng::seed_from_u64(24);
-    let (mut impacts, mut contacts) = (0, 0);
-    let (mut worst, mut deepest) = (0.0f64, 0.0f64);
+    let drawn: Vec<Drawn> = (0..draws(300, 10_000)).map(|_| Drawn::random(&mut rng)).collect();
+    let all: Vec<Told> =
+        drawn.par_iter().enumerate().map(|(case, drawn)| told(case, drawn)).collect();
     let mut reasons = BTreeMap::<String, usize>::new();
-    let cases = draws(300, 10_000);
-    for case in 0..cases {
-        let drawn = Drawn::random(&mut rng);
-        let (structure, start) = (drawn.structure(Units::DRAWN), drawn.start(Units::DRAWN));
-        let run = made(&structure, &start, 12);
-        assert_ne!(run.stop_reason, StopReason::Failed, "case {case}");
-        *reasons.entry(format!("{:?}", run.stop_reason)).or_default() += 1;
-        impacts += run.impacts.len();
-        contacts += run.contacts.len();
-        for row in &run.impacts {
-            let size: f64 = row.v_pre.iter().map(|v| v * v).sum();
-            assert!(row.impulse_normal >= 0.0, "case {case}");
-            let gains = drawn.may_gain() || row.energy_loss >= -1e-12 * size.max(1.0);
-            assert!(gains, "case {case}: {row:?}");
-        }
-        let (from, to) = (run.kept_from(), run.final_state.time);
-        let times: Vec<f64> =
-            (0..=200).map(|i| (from + (to - from) * f64::from(i) / 200.0).min(to)).collect();
-        for (time, state) in times.iter().zip(run.trajectory(&times).unwrap()) {
-            for (j, stop) in structure.stops().iter().enumerate() {
-                let place: f64 = stop.normal().iter().zip(&state.q).map(|(n, q)| n * q).sum();
-                let own =
-                    stop.amplitude() * (structure.drive_frequency() * time + stop.phase()).cos();
-                let size: f64 = state.q.iter().map(|q| q.abs()).sum();
-                let depth = (place - stop.gap() - own) / size.max(1.0);
-                deepest = deepest.max(depth);
-                assert!(depth < 1e-12, "case {case}: stop {j} at {time}: {depth}");
-            }
-        }
-        let audit = run.energy_audit(&CancelToken::never()).unwrap();
-        let error = audit.residual().abs() / audit.total.max(audit.energy_end).max(1e-3);
-        worst = worst.max(error);
-        // Bounces on several stops that are lower than the rounding of gaps, u^2 < 128 eps |q| g'',
-        // so u < 3e-7 here, end at rest without a row. Where a stop moves their impulses do work.
-        let moves = structure.stops().iter().any(|stop| stop.amplitude() != 0.0);
-        let allowed = if moves { 1e-7 } else { 1e-9 };
-        assert!(error < allowed, "case {case}: {audit:?} {:?}: {drawn:?}", run.stop_reason);
+    for (case, told) in all.iter().enumerate() {
+        assert_ne!(told.reason, StopReason::Failed, "case {case}");
+        *reasons.entry(format!("{:?}", told.reason)).or_default() += 1;
     }
+    let sum = |of: fn(&Told) -> usize| all.iter().map(of).sum::<usize>();
+    let most = |of: fn(&Told) -> f64| all.iter().map(of).fold(0.0, f64::max);
+    let (impacts, contacts) = (sum(|told| told.impacts), sum(|told| told.contacts));
     println!(
-        "{cases} structures, {impacts} impacts, {contacts} changes of contact, {reasons:?}; energy \
-         {worst:e}, depth {deepest:e}"
+        "{} structures, {impacts} impacts, {contacts} changes of contact, {reasons:?}; energy {:e}, \
+         depth {:e}",
+        all.len(),
+        most(|told| told.unexplained),
+        most(|told| told.depth)
     );
     assert!(impacts > 1_000 && contacts > 100);
 }

@@ -17,7 +17,7 @@ use crate::simulate::{Anchor, AnchorOf, FlightStart, Observer, Phase, Simulation
 
 impl Motion {
     /// The state moved onto a stop, u = 0; `stopped`: and without slip there.
-    pub(super) fn on_stop_at_rest(
+    pub(crate) fn on_stop_at_rest(
         &self,
         clock: Clock,
         mut state: StructureState,
@@ -50,7 +50,7 @@ impl Motion {
         let slowly = |&stop: &usize| {
             let (gap, rate) = self.free.gap(stop, here.clock, q, v);
             let level = SAME_INSTANT * EPS * self.structure().stops()[stop].gap_size(q);
-            gap.abs() <= level && rate * rate <= 2.0 * self.loads[stop] * level
+            gap.abs() <= level && self.is_low(stop, q, rate)
         };
         let all = 0..self.structure().stops().len();
         all.filter(|&stop| here.touching.of(stop as u32).is_none()).filter(slowly).collect()

@@ -51,7 +51,7 @@ impl Motion {
             return None;
         }
         // No less than what any stop may have moved while the clock rounds (strike.rs).
-        let speed = before.max(largest_number(v)) + largest_number(q) / self.free.span();
+        let speed = before.max(largest_number(v)) + largest_number(q) / self.free.longest();
         let moved = speed * self.free.longest();
         let apart = |other: usize| {
             let (apart, size) = self.free.at_least_apart(other, q, moved);

@@ -141,9 +141,10 @@ impl Motion {
         }
     }
 
-    /// A velocity that this motion may have: what is small beside it is rounding.
+    /// A velocity that this motion may have: what is small beside it is rounding. Where nothing turns
+    /// coordinates give none.
     pub(super) fn speed(&self, state: &StructureState) -> f64 {
-        largest_number(&state.v) + largest_number(&state.q) / self.free.span()
+        largest_number(&state.v) + largest_number(&state.q) / self.free.longest()
     }
 
     /// Scales of the motion at the start of a flight on a stop, by which it is known how well the

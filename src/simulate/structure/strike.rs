@@ -57,20 +57,47 @@ impl Motion {
             let level = SAME_INSTANT * EPS * stop.gap_size(&state.q);
             if gap.abs() <= level + SAME_INSTANT * EPS * moved {
                 let moves = rate.abs() > self.rest(index, clock, speed.max(before));
-                let slow = rate < 0.0 && rate * rate <= 2.0 * self.loads[index] * level;
+                let slow = rate < 0.0 && self.is_low(index, &state.q, rate);
                 all.push(Near { stop: index as u32, rate, moves, stays: !moves || slow });
             }
         }
         all
     }
 
+    /// Whether a bounce at this rate is lower than any digit: loads would give the structure the rate
+    /// over the rounding of the gap alone.
+    pub(crate) fn is_low(&self, stop: usize, q: &[f64], rate: f64) -> bool {
+        let level = SAME_INSTANT * EPS * self.structure().stops()[stop].gap_size(q);
+        rate * rate <= 2.0 * self.loads[stop] * level
+    }
+
     /// The coordinates moved onto all stops that touch to rounding, by the shortest way in the mass
     /// matrix. What rounding leaves between them would not shrink as the bounces in a corner do, and
     /// decide one day which stop is met first.
-    pub(super) fn on_stops(&self, clock: Clock, near: &[Near], mut q: Coordinates) -> Coordinates {
+    pub(super) fn on_stops(&self, clock: Clock, near: &[Near], q: Coordinates) -> Coordinates {
         if near.len() < 2 {
             return q;
         }
+        self.moved(near.iter(), q, |stop, q| self.free.gap(stop, clock, q, q).0)
+    }
+
+    /// The velocities after the last bounces on all stops where they are lower than any digit, u = 0,
+    /// by the impulses there. Without them these stops would be struck with velocities that no row
+    /// tells, and give the structure energy.
+    fn at_rest(&self, clock: Clock, near: &[Near], stop: u32, pre: &mut StructureState) {
+        let slow = near.iter().filter(|at| at.stop != stop && at.stays);
+        let rate = |stop: usize, v: &Coordinates| self.free.gap(stop, clock, &pre.q, v).1;
+        pre.v = self.moved(slow, pre.v.clone(), rate);
+    }
+
+    /// Coordinates or velocities moved by the shortest way in the mass matrix, so that nothing is left
+    /// of what is `off` at some stops.
+    fn moved<'a>(
+        &self,
+        near: impl Iterator<Item = &'a Near>,
+        mut x: Coordinates,
+        off: impl Fn(usize, &Coordinates) -> f64,
+    ) -> Coordinates {
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let mut ways: SmallVec<[Coordinates; 4]> = SmallVec::new();
         for at in near {
@@ -87,12 +114,12 @@ impl Motion {
             if square < NEARLY_ONE * rows.mobilities[0] {
                 continue;
             }
-            let (gap, _) = self.free.gap(stop, clock, &q, &q);
-            q.iter_mut().zip(&way).for_each(|(q, way)| *q -= gap / square * way);
+            let much = off(stop, &x) / square;
+            x.iter_mut().zip(&way).for_each(|(x, way)| *x -= much * way);
             way.iter_mut().for_each(|way| *way /= square.sqrt());
             ways.push(way);
         }
-        q
+        x
     }
 
     /// The impact at `stop`, from a state on it that approaches at u, in the leg `before`.
@@ -100,7 +127,7 @@ impl Motion {
         &self,
         clock: Clock,
         before: &AnchorOf<Structure>,
-        pre: StructureState,
+        mut pre: StructureState,
         near: &[Near],
         stop: u32,
         approach: f64,
@@ -133,8 +160,11 @@ impl Motion {
                 Simultaneous::Stop => return Err(NotStruck::Stops(StopReason::Simultaneous, pre)),
                 Simultaneous::Sequence => self.strike_one(stop, approach, &pre, &mut post)?,
                 Simultaneous::Together => {
+                    self.at_rest(clock, near, stop, &mut pre);
+                    post.clone_from(&pre);
                     // Between walls without clearance no velocity obeys the rule.
-                    let Some(impacts) = self.strike_together(stop, approach, near, &closed) else {
+                    let Some(impacts) = self.strike_together(clock, &pre, stop, near, &closed)
+                    else {
                         return Err(NotStruck::Stops(StopReason::Simultaneous, pre));
                     };
                     let mut impacts = impacts.into_iter();
@@ -271,21 +301,24 @@ impl Motion {
     /// where no velocity obeys that.
     fn strike_together(
         &self,
+        clock: Clock,
+        pre: &StructureState,
         stop: u32,
-        approach: f64,
         near: &[Near],
         closed: &[u32],
     ) -> Option<Vec<StopImpact>> {
         let structure = self.structure();
+        let rate = |stop: u32| self.gap(stop as usize, clock, pre).1;
         let mut at: Vec<(u32, f64)> = near
             .iter()
             .filter(|at| at.stop != stop)
             .map(|at| {
                 let held = closed.contains(&at.stop) || at.stays;
-                (at.stop, if held { 0.0 } else { at.rate })
+                (at.stop, if held { 0.0 } else { rate(at.stop) })
             })
             .collect();
-        at.push((stop, approach));
+        // The search knows that it approaches, also where that is below rounding.
+        at.push((stop, rate(stop).max(f64::MIN_POSITIVE)));
         at.sort_by_key(|&(stop, _)| stop);
         let stops: Vec<usize> = at.iter().map(|&(stop, _)| stop as usize).collect();
         let speed = at.iter().fold(0.0f64, |most, (_, u)| most.max(u.abs()));
