@@ -92,6 +92,17 @@ class Interrupted(_Unfinished, KeyboardInterrupt):
     """
 
 
+class ProofError(ValueError):
+    """A certificate is damaged, or claims what is not shown.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> issubclass(vi.ProofError, ValueError)
+    True
+    """
+
+
 class NoMotionError(AttributeError):
     """What was asked of a motion that was not found; ``reason`` says why there is none.
 

@@ -30,6 +30,7 @@ Verb = Literal[
     "motion_of",
     "motions_at",
     "own_image",
+    "proof_statement",
     "read_basins",
     "read_branch",
     "read_motion",
@@ -43,6 +44,7 @@ Verb = Literal[
     "write_basins",
     "write_branch",
     "write_motion",
+    "write_proof",
 ]
 
 VERBS: Final[dict[Verb, str]] = {
@@ -60,6 +62,7 @@ VERBS: Final[dict[Verb, str]] = {
     "motion_of": "orbits.machines:motion_of",
     "motions_at": "orbits.points:motions_at",
     "own_image": "orbits.mirror:own_image",
+    "proof_statement": "proof.statement:statement",
     "read_basins": "sweeps.basins.files:read_basins",
     "read_branch": "orbits.branch_files:read_branch",
     "read_motion": "orbits.files:read_motion",
@@ -73,6 +76,7 @@ VERBS: Final[dict[Verb, str]] = {
     "write_basins": "sweeps.basins.files:write_basins",
     "write_branch": "orbits.branch_files:write_branch",
     "write_motion": "orbits.files:write_motion",
+    "write_proof": "proof.files:write_proof",
 }
 
 

@@ -1,0 +1,306 @@
+"""Verify the certificate of a proof: a periodic motion exists, is alone near by, and is stable.
+
+All that a proof rests on is here, in formulas.py and in python-flint's balls. The unknowns z are
+the nodes: state (q, v) just after each impact, and its time t. Leg k, a flight phi to an impact R,
+asks for
+
+    (q, v)_{k+1} - R(phi((q, v)_k, t_k, t_{k+1})) = 0,   g(phi(...)) = 0,   t_n = t_0 + m T.   (F)
+
+1. It exists, and is alone. Zeros of F in a box Z about z0 lie in Krawczyk's
+   K(Z) = z0 - A F(z0) + (I - A DF(Z)) (Z - z0), with any matrix A. If K lies inside Z there is
+   exactly one (Krawczyk, Computing 4 (1969); Neumaier, Interval Methods for Systems of Equations
+   (1990), section 5.1).
+2. It is a motion. At the zero: flight times and approach velocities are positive, the inequalities
+   of each regime hold strictly (section 4), and no flight meets a stop before its end (section 13).
+3. It is stable, or not: multipliers of the return map (section 7), from DF.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from flint import acb, acb_mat, arb, arb_mat, arb_series, fmpq
+
+from .formulas import Condition, Machine, Refuted, Undecided, impact, plain
+
+#: Halvings of a piece of a flight, and pieces of one flight.
+_DEEPEST, _MOST_PIECES = 100, 20_000
+#: Boxes around the zero, each inside the one before.
+_NARROWER = 8
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A flight between nodes and the impact at its end, over a box.
+
+    `after`: the state after the impact, and the gap at it. `slopes`, (2N + 1, 2N + 2): their
+    derivatives by q, v, t of the start and t of the end. `conditions` must be positive.
+    """
+
+    start: arb_mat
+    end: list[arb]
+    duration: arb
+    after: list[arb]
+    slopes: arb_mat
+    conditions: list[Condition]
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """The equations (F) of a motion: m drive periods; stop and regime at the end of each leg."""
+
+    machine: Machine
+    m: int
+    legs: tuple[tuple[int, str], ...]
+
+    def flight(self, k: int, z: Sequence[arb], *, slopes: bool = True) -> Flight:
+        """Leg k over a box."""
+        machine, n, after = self.machine, self.machine.size, (k + 1) % len(self.legs)
+        width = 2 * n + 1
+        *state, begin = z[k * width : (k + 1) * width]
+        end = z[(after + 1) * width - 1]
+        lasts = end - begin if after != k else arb(0)  # a single leg: m T exactly
+        if after == 0:
+            lasts, end = lasts + machine.period * self.m, end + machine.period * self.m
+        start, flow = machine.start(state, begin), machine.flow(lasts)
+        w = flow * start
+        # the drive at the end depends on the time there alone
+        ending = [*w.entries()[: 2 * n], *machine.start([], end).entries()]
+        number, regime = self.legs[k]
+        stop = machine.stops[number]
+        velocities, conditions = impact(machine, stop, regime, ending)
+        conditions.insert(0, (lasts, "the flight time is negative"))
+        found = [*ending[:n], *map(plain, velocities), plain(stop.gap(ending))]
+        rows = []
+        if slopes:
+            rate, drive = machine.generator * w, (machine.generator * start).entries()[2 * n :]
+            by_begin = flow * arb_mat(2 * n + 3, 1, [*[arb(0)] * (2 * n), *drive]) - rate
+            columns = [[flow[i, j] for i in range(2 * n)] for j in range(2 * n)]
+            columns += [by_begin.entries()[: 2 * n], rate.entries()[: 2 * n]]
+            turn = (machine.generator * machine.start([arb(0)] * (2 * n), end)).entries()[2 * n :]
+            for j, column in enumerate(columns):
+                moved = [*column, *(turn if j == width else [arb(0)] * 3)]
+                pairs = zip(ending, moved, strict=True)
+                series = [arb_series([x, dx], 2) for x, dx in pairs]
+                changed, _ = impact(machine, stop, regime, series)
+                rows.append([x[1] for x in (*series[:n], *changed, stop.gap(series))])
+        return Flight(start, ending, lasts, found, arb_mat(rows).transpose(), conditions)
+
+    def flights(self, z: Sequence[arb]) -> list[Flight]:
+        """All legs over a box."""
+        return [self.flight(k, z) for k in range(len(self.legs))]
+
+    def residual(self, z: Sequence[arb]) -> arb_mat:
+        """F over a box, a column."""
+        found, width = [], 2 * self.machine.size + 1
+        for k in range(len(self.legs)):
+            *after, gap = self.flight(k, z, slopes=False).after
+            first = (k + 1) % len(self.legs) * width
+            found += [z[first + i] - x for i, x in enumerate(after)]
+            found.append(gap)
+        return arb_mat(len(found), 1, found)
+
+    def jacobian(self, flights: Sequence[Flight]) -> arb_mat:
+        """DF from the flights over a box."""
+        width, count = 2 * self.machine.size + 1, len(self.legs)
+        matrix = arb_mat(width * count, width * count)
+        for k, flight in enumerate(flights):
+            first = (k + 1) % count * width
+            for i in range(width):
+                row, sign = k * width + i, 1 if i == width - 1 else -1
+                for j in range(width):
+                    matrix[row, k * width + j] += sign * flight.slopes[i, j]
+                matrix[row, first + width - 1] += sign * flight.slopes[i, width]
+                if i < width - 1:
+                    matrix[row, first + i] += 1
+        return matrix
+
+
+def near_inverse(orbit: Orbit, z: Sequence[arb]) -> arb_mat:
+    """Any matrix near the inverse of DF."""
+    try:
+        matrix = orbit.jacobian(orbit.flights(z))
+        numbers = np.array([float(x.mid()) for x in matrix.entries()])
+        return arb_mat(np.linalg.inv(numbers.reshape(len(z), -1)).tolist())
+    except (np.linalg.LinAlgError, ValueError, ZeroDivisionError) as error:
+        raise Undecided("the equations are singular") from error
+
+
+def krawczyk(orbit: Orbit, box: Sequence[arb], near: arb_mat) -> list[arb]:
+    """K(Z) of a box, whether or not it lies inside, with A = `near`."""
+    centre, size = [x.mid() for x in box], len(box)
+    try:
+        slopes = orbit.jacobian(orbit.flights(box))
+    except (ValueError, ZeroDivisionError) as error:
+        raise Undecided("a divisor may be 0 in the box") from error
+    away = arb_mat(size, 1, [x - c for x, c in zip(box, centre, strict=True)])
+    one = arb_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])
+    image = (one - near * slopes) * away - near * orbit.residual(centre)
+    return [c + x for c, x in zip(centre, image.entries(), strict=True)]
+
+
+def inside(inner: Iterable[arb], outer: Iterable[arb]) -> bool:
+    """Whether each ball lies in the interior of another one."""
+    return all(abs(x - y.mid()) < y.rad() for x, y in zip(inner, outer, strict=True))
+
+
+def only_zero(orbit: Orbit, box: Sequence[arb]) -> list[arb]:
+    """A small box that holds the only zero in a box.
+
+    Raises
+    ------
+    Refuted : there is none
+    Undecided : that is not shown
+    """
+    near = near_inverse(orbit, [x.mid() for x in box])
+    image = krawczyk(orbit, box, near)
+    if any(not x.overlaps(y) for x, y in zip(image, box, strict=True)):
+        raise Refuted("the box holds no solution")
+    if not inside(image, box):
+        raise Undecided("Krawczyk's operator does not contract")
+    for _ in range(_NARROWER):
+        closer = krawczyk(orbit, image, near)
+        if not inside(closer, image):
+            break
+        image = closer
+    return image
+
+
+def show_motion(orbit: Orbit, flights: Sequence[Flight]) -> None:
+    """Show that a zero of F, over whose box these are the flights, is a motion.
+
+    Raises
+    ------
+    Refuted : it is none
+    Undecided : that is not shown
+    """
+    for k, flight in enumerate(flights):
+        for number, wrong in flight.conditions:
+            if number < 0:
+                raise Refuted(f"leg {k + 1}: {wrong}")
+            if not number > 0:
+                raise Undecided(f"leg {k + 1}: it is open whether {wrong}")
+    for k, flight in enumerate(flights):
+        _Flying(orbit, k, flight).show()
+
+
+class _Flying:
+    """That a flight meets no stop before its end, shown in pieces of time."""
+
+    def __init__(self, orbit: Orbit, k: int, flight: Flight) -> None:
+        self.machine, self.flight, self.name = orbit.machine, flight, f"leg {k + 1}"
+        self.first, self.last = orbit.legs[k - 1][0], orbit.legs[k][0]
+        g, n = self.machine.generator, self.machine.size
+        self.first_row = [g[n, j] for j in range(2 * n + 3)]
+        # over one of the first pieces a state changes by about half of its size at most
+        stiff = max(float(abs(g[n + i, j]).upper()) for i in range(n) for j in range(2 * n))
+        speed = max(1.0, math.sqrt(stiff), stiff, float(self.machine.omega))
+        self.coarse, self.pieces = math.ceil(math.log2(2 * speed)), 0
+
+    def show(self) -> None:
+        """Show it, or raise."""
+        stops = range(len(self.machine.stops))
+        self.clear = [self.flight.duration - arb(2) ** -self._end(j) for j in stops]
+        place, w = fmpq(0), self.flight.start
+        while todo := [j for j in stops if not arb(place) >= self.clear[j]]:
+            self._piece(place, w, self.coarse, todo)
+            place += fmpq(1, 2**self.coarse)
+            w = self.machine.step(self.coarse) * w
+
+    def _end(self, j: int) -> int:
+        """Halvings of a last piece in which stop j is not met before the end."""
+        stop, end, n = self.machine.stops[j], self.flight.end, self.machine.size
+        for halvings in range(self.coarse, _DEEPEST):
+            back = self.machine.step(halvings, -1, up_to=True)
+            w = (back * arb_mat(len(end), 1, end)).entries()
+            # g = 0 at the end and g' > 0 before it; of another stop g < 0
+            if stop.rate(w, n) > 0 if j == self.last else stop.gap(w) < 0:
+                return halvings
+            if j != self.last and stop.gap(end) > 0:
+                raise Refuted(f"{self.name}: stop {j} is met before the end")
+        raise Undecided(f"{self.name}: it is open whether stop {j} is met near the end")
+
+    def _piece(self, place: fmpq, w: arb_mat, level: int, todo: Sequence[int]) -> None:
+        """Show it over 2^-level from a time on, where the state is w."""
+        machine, n = self.machine, self.machine.size
+        self.pieces += 1
+        if self.pieces > _MOST_PIECES or level > _DEEPEST:
+            time = f"{float(arb(place).mid()):.6g}"
+            raise Undecided(f"{self.name}: it is open whether a stop is met {time} after its start")
+        here, wide = w.entries(), (machine.step(level, up_to=True) * w).entries()
+        half, left = arb(2) ** -(level + 1), []
+        after = arb(half, half)
+        for j in todo:
+            stop = machine.stops[j]
+            bend = stop.acceleration(wide, n, self.first_row)
+            if place == 0 and j == self.first:
+                # g = 0, and then g' < 0; or after a plastic impact g' = 0 exactly, and g'' < 0
+                falls = stop.rate(wide, n) < 0 or (stop.restitution.is_zero() and bend < 0)
+            else:
+                falls = stop.gap(here) + after * (stop.rate(here, n) + bend * after / 2) < 0
+            if not falls and not arb(place) >= self.clear[j]:
+                left.append(j)
+        if left:
+            middle, then = machine.step(level + 1) * w, place + fmpq(1, 2 ** (level + 1))
+            for j in left:
+                if machine.stops[j].gap(middle.entries()) > 0 and self.flight.duration > arb(then):
+                    raise Refuted(f"{self.name}: stop {j} is met before the end")
+            self._piece(place, w, level + 1, left)
+            self._piece(then, middle, level + 1, left)
+
+
+def return_map(flights: Sequence[Flight]) -> arb_mat:
+    """The derivative of the return map of the first node, (2N + 1, 2N + 1).
+
+    It maps onto the surface g = 0, so that one of its eigenvalues is 0 and no multiplier.
+    """
+    total = None
+    for flight in flights:
+        slopes, width = flight.slopes, flight.slopes.nrows()
+        # the time of the end by g = 0
+        time = [-slopes[width - 1, j] / slopes[width - 1, width] for j in range(width)]
+        rows = [
+            [slopes[i, j] + slopes[i, width] * time[j] for j in range(width)]
+            for i in range(width - 1)
+        ]
+        matrix = arb_mat([*rows, time])
+        total = matrix if total is None else matrix * total
+    assert total is not None
+    return total
+
+
+def multipliers(matrix: arb_mat) -> list[acb]:
+    """Discs of the multipliers of a return map, with multiplicity, by falling modulus."""
+    try:
+        found: list[acb] = acb_mat(matrix).eig(multiple=True)
+    except ValueError as error:
+        raise Undecided("multipliers too close to each other to tell apart") from error
+    found.sort(key=lambda x: (-round(float(abs(x).upper()), 12), -float(x.imag.mid())))
+    found.remove(next(x for x in reversed(found) if x.contains(0)))
+    return found
+
+
+def stability(matrix: arb_mat, discs: Sequence[acb]) -> str:
+    """The verdict: by Schur and Cohn, or by a multiplier outside the unit circle."""
+    if all_inside(matrix.charpoly().coeffs()):
+        return "stable"
+    return "unstable" if any(abs(x) > 1 for x in discs) else "undecided"
+
+
+def all_inside(ascending: Sequence[arb]) -> bool:
+    """Whether a polynomial has all its zeros inside the unit circle (Schur 1917, Cohn 1922).
+
+    So has p if |p_0| < |p_n| and (p_n p - p_0 p*)/z has, p* with the coefficients reversed.
+    """
+    p = list(ascending)
+    while len(p) > 1:
+        low, high = p[0], p[-1]
+        if not abs(low) < abs(high):
+            return False
+        p = [high * a - low * b for a, b in zip(p, reversed(p), strict=True)][1:]
+        p = [a / p[-1].mid() for a in p]
+    return True
