@@ -27,6 +27,7 @@ REGIMES = (
     "stick_restitution",
 )
 LAWS = ("poisson", "newton", "energetic")
+_MATRICES = ("mass", "stiffness", "damping", "damping_ratios")
 SYMBOLS = ("mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "c1", "c2", "mu")
 
 
@@ -52,6 +53,11 @@ def numbers(given: Any) -> Any:
     return [numbers(one) for one in given] if isinstance(given, list) else exact(given)
 
 
+def balls_of(given: Any) -> Any:
+    """The same as balls."""
+    return [balls_of(one) for one in given] if isinstance(given, list) else arb(exact(given))
+
+
 def balls(given: Any) -> list[arb]:
     """Balls of pairs of a centre and a radius."""
     pairs = numbers(given)
@@ -71,12 +77,15 @@ def machine_in(given: Mapping[str, Any]) -> Machine:
         sound = sound and 0 <= number["r"] <= 1 and contact in ("oblique", "direct")
         if not sound or (rests and (number["mbar"] != 0 or number["f2"] != 0)):
             raise ProofError("parameters outside their range")
-        balls = {name: arb(value) for name, value in number.items()}
-        return two_bodies(balls, contact, given["law"], wall_rests=rests)
+        return two_bodies({name: arb(value) for name, value in number.items()}, contact, given["law"], wall_rests=rests)
     if given["kind"] != "structure":
         raise ProofError(f"kind {given['kind']!r}")
-    parts = {name: numbers(x) for name, x in given.items() if name not in ("kind", "law", "stops")}
-    stops = [{name: numbers(x) for name, x in stop.items()} for stop in given["stops"]]
+    parts = {
+        name: numbers(x) if name in _MATRICES else balls_of(x)
+        for name, x in given.items()
+        if name not in ("kind", "law", "stops")
+    }
+    stops = [{name: balls_of(x) for name, x in stop.items()} for stop in given["stops"]]
     sound = parts["drive_frequency"] > 0
     sound = sound and all(0 <= stop["restitution"] <= 1 and stop["friction"] >= 0 for stop in stops)
     if not sound:

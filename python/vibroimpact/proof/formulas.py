@@ -30,6 +30,11 @@ def plain(x: Number) -> arb:
     return x[0] if isinstance(x, arb_series) else x
 
 
+def slope_of(x: Number) -> arb:
+    """The derivative."""
+    return x[1] if isinstance(x, arb_series) else arb(0)
+
+
 def dot(row: Sequence[Number], other: Sequence[Number]) -> Number:
     """The sum of products, without those that are exactly 0."""
     pairs = zip(row, other, strict=False)
@@ -45,10 +50,10 @@ class Stop:
     of the tip is (sin q_0, 0, ...).
     """
 
-    rows: list[list[arb]]
-    tangent: list[arb]
-    restitution: arb
-    friction: arb
+    rows: list[list[Number]]
+    tangent: list[Number]
+    restitution: Number
+    friction: Number
     tip: bool
 
     def gap(self, w: Sequence[Number]) -> Number:
@@ -59,14 +64,14 @@ class Stop:
         """Its rate g'; at an impact the approach velocity u."""
         return dot(self.rows[1], w) + (w[0].cos() * w[n] if self.tip else arb(0))
 
-    def acceleration(self, w: Sequence[arb], n: int, first: Sequence[arb]) -> arb:
+    def acceleration(self, w: Sequence[arb], n: int, first: Sequence[arb]) -> Number:
         """The second derivative g''; `first` . w is the acceleration of q_0."""
-        bend = w[0].cos() * plain(dot(first, w)) - w[0].sin() * w[n] ** 2 if self.tip else arb(0)
-        return plain(dot(self.rows[2], w)) + bend
+        bend = w[0].cos() * dot(first, w) - w[0].sin() * w[n] ** 2 if self.tip else arb(0)
+        return dot(self.rows[2], w) + bend
 
     def directions(self, w: Sequence[Number], n: int) -> tuple[list[Number], list[Number]]:
         """The normal and the tangent."""
-        normal, tangent = list[Number](self.rows[0][:n]), list[Number](self.tangent)
+        normal, tangent = self.rows[0][:n], list(self.tangent)
         if self.tip:
             normal[0], tangent[0] = w[0].cos(), w[0].sin()
         return normal, tangent
@@ -74,32 +79,45 @@ class Stop:
 
 @dataclass(frozen=True)
 class Machine:
-    """Between impacts w = (q, v, 1, cos psi, sin psi) obeys w' = G w, psi = omega t + phase."""
+    """Between impacts w = (q, v, 1, cos psi, sin psi) obeys w' = G w, psi = omega t + phase.
+
+    `moving` is the derivative of G by a parameter, of which the other numbers are series; or None.
+    """
 
     size: int
     generator: arb_mat
-    inverse_mass: arb_mat
+    moving: arb_mat | None
+    inverse_mass: list[list[Number]]
     stops: list[Stop]
     law: str
-    omega: arb
-    phase: arb
+    omega: Number
+    phase: Number
     _steps: dict[tuple[int, int, bool], arb_mat] = field(default_factory=dict, repr=False)
 
     @property
-    def period(self) -> arb:
+    def period(self) -> Number:
         """The drive period T = 2 pi/omega."""
         return 2 * arb.pi() / self.omega
 
-    def start(self, state: Sequence[arb], time: arb) -> arb_mat:
-        """The column w."""
+    def drive(self, time: Number) -> list[Number]:
+        """1, cos psi and sin psi."""
         psi = self.omega * time + self.phase
-        return arb_mat(len(state) + 3, 1, [*state, arb(1), psi.cos(), psi.sin()])
+        return [arb(1), psi.cos(), psi.sin()]
 
     def flow(self, time: arb) -> arb_mat:
         """exp(time G): that of the midpoint times that of the rest, which is short."""
-        middle = time.mid()
-        flow, rest = (self.generator * middle).exp(), time - middle
-        return flow if rest.is_zero() else flow * (self.generator * rest).exp()
+        return _exp(self.generator, time)
+
+    def moved_flow(self, time: arb) -> arb_mat:
+        """The derivative of exp(time G) by the parameter: part of the exponential of (G G'; 0 G)."""
+        size, g = self.generator.nrows(), self.generator
+        both = arb_mat(2 * size, 2 * size)
+        for i in range(size):
+            for j in range(size):
+                both[i, j] = both[size + i, size + j] = g[i, j]
+                both[i, size + j] = self.moving[i, j] if self.moving is not None else arb(0)
+        flow = _exp(both, time)
+        return arb_mat([[flow[i, size + j] for j in range(size)] for i in range(size)])
 
     def step(self, halvings: int, sign: int = 1, *, up_to: bool = False) -> arb_mat:
         """exp(s G) for s = +-2^-halvings, or for all s from 0 up to there."""
@@ -111,75 +129,83 @@ class Machine:
         return self._steps[key]
 
 
+def _exp(generator: arb_mat, time: arb) -> arb_mat:
+    """The exponential: of the midpoint of the time times that of the rest, which is short."""
+    flow, rest = (generator * time.mid()).exp(), time - time.mid()
+    return flow if rest.is_zero() else flow * (generator * rest).exp()
+
+
 def machine_of(
-    matrices: tuple[arb_mat, arb_mat, arb_mat],
-    loads: arb_mat,
-    stops: Sequence[tuple[list[arb], list[arb], arb, arb]],
-    drive: tuple[arb, arb],
+    matrices: Sequence[list[list[Number]]],
+    stops: Sequence[tuple[list[Number], list[Number], Number, Number]],
+    drive: tuple[Number, Number],
     law: str,
     *,
     tip: bool = False,
 ) -> Machine:
-    """From M^-1, M^-1 C, M^-1 K; M^-1 times the loads by 1, cos psi, sin psi; rows of gaps."""
-    inverse, damping, stiffness = matrices
-    n, (omega, phase) = inverse.nrows(), drive
-    g = arb_mat(2 * n + 3, 2 * n + 3)
+    """From M^-1, M^-1 C, M^-1 K and M^-1 times the loads by 1, cos psi, sin psi; rows of gaps."""
+    inverse, damping, stiffness, loads = matrices
+    n, (omega, phase), zero = len(inverse), drive, arb(0)
+    g: list[list[Number]] = [[zero] * (2 * n + 3) for _ in range(2 * n + 3)]
     for i in range(n):
-        g[i, n + i] = arb(1)
-        for j in range(n):
-            g[n + i, j], g[n + i, n + j] = -stiffness[i, j], -damping[i, j]
-        for j in range(3):
-            g[n + i, 2 * n + j] = loads[i, j]
-    g[2 * n + 1, 2 * n + 2], g[2 * n + 2, 2 * n + 1] = -omega, omega
-    made = []
+        g[i][n + i] = arb(1)
+        g[n + i] = [-x for x in stiffness[i]] + [-x for x in damping[i]] + loads[i]
+    g[2 * n + 1][2 * n + 2], g[2 * n + 2][2 * n + 1] = -omega, omega
+    columns, made = list(zip(*g, strict=True)), []
     for row, *others in stops:
-        first = arb_mat(1, len(row), row)
-        rows = [list(one.entries()) for one in (first, first * g, first * g * g)]
+        rows = [row]
+        for _ in range(2):
+            rows.append([dot(rows[-1], column) for column in columns])
         made.append(Stop(rows, *others, tip))
-    return Machine(n, g, inverse, made, law, omega, phase)
+    slopes = [[slope_of(x) for x in row] for row in g]
+    moves = any(isinstance(x, arb_series) for row in g for x in row)
+    sharp = arb_mat([[plain(x) for x in row] for row in g])
+    return Machine(n, sharp, arb_mat(slopes) if moves else None, inverse, made, law, omega, phase)
 
 
-def two_bodies(number: Mapping[str, arb], contact: str, law: str, *, wall_rests: bool) -> Machine:
+def two_bodies(
+    number: Mapping[str, Number], contact: str, law: str, *, wall_rests: bool
+) -> Machine:
     """The system of sections 1 and 11 by its symbols; a wall at rest, x2 = c2, is no unknown."""
     n, tip, zero = 1 if wall_rests else 2, contact == "oblique", arb(0)
 
-    def diagonal(*entries: arb) -> arb_mat:
-        return arb_mat([[entries[i] if i == j else zero for j in range(n)] for i in range(n)])
+    def diagonal(one: Number, other: Number) -> list[list[Number]]:
+        return [[one, zero][:n], [zero, other][:n]][:n]
 
-    matrices = (
+    matrices = [
         diagonal(arb(1), number["mbar"]),
         diagonal(2 * number["zeta1"] * number["omega0"], 2 * number["zeta2"]),
-        diagonal(number["omega0"] ** 2, arb(1)),
-    )
-    loads = [number["c1"], number["f1"], zero, number["c2"], number["f2"], zero]
+        diagonal(number["omega0"] * number["omega0"], arb(1)),
+        [[number["c1"], number["f1"], zero], [number["c2"], number["f2"], zero]][:n],
+    ]
     place = number["delta"] + number["c2"] if wall_rests else number["delta"]
     row = [zero if tip else arb(1), arb(-1)][:n] + [zero] * n + [-place, zero, zero]
     stop = (row, [zero] * n, number["r"], number["mu"] if tip else zero)
-    drive = (number["omega"], number["phi"])
-    return machine_of(matrices, arb_mat(n, 3, loads[: 3 * n]), [stop], drive, law, tip=tip)
+    return machine_of(matrices, [stop], (number["omega"], number["phi"]), law, tip=tip)
 
 
 def structure(given: Mapping[str, Any]) -> Machine:
-    """The structure of section 12, of exact numbers."""
+    """The structure of section 12: matrices of exact numbers, and numbers."""
     inverse, inner = fmpq_mat(given["mass"]).inv(), fmpq_mat(given["stiffness"])
-    n, inner, phase, zero = inverse.nrows(), inverse * inner, arb(given["phase"]), arb(0)
+    n, inner, phase = inverse.nrows(), inverse * inner, given["phase"]
     if "damping" in given:
         damping = arb_mat(inverse * fmpq_mat(given["damping"]))
     else:
         damping = _modal_damping(inner, given["damping_ratios"])
     # Re((a + ib) e^{i psi}) = a cos psi - b sin psi
     pairs = zip(given["static_load"], given["drive_amplitude"], strict=True)
-    loads = arb_mat([[arb(c), arb(a), -arb(b)] for c, (a, b) in pairs])
+    forces = [[c, a, -b] for c, (a, b) in pairs]
+    mass = arb_mat(inverse).tolist()
+    loads = [[dot(row, force) for force in zip(*forces, strict=True)] for row in mass]
     stops = []
     for stop in given["stops"]:
         # cos(omega t + phase_j) = cos(psi + shift)
-        shift, amplitude = arb(stop["phase"]) - phase, arb(stop["amplitude"])
-        moving = [-arb(stop["gap"]), -amplitude * shift.cos(), amplitude * shift.sin()]
-        row = [arb(x) for x in stop["normal"]] + [zero] * n + moving
-        tangent = [arb(x) for x in stop["tangent"]]
-        stops.append((row, tangent, arb(stop["restitution"]), arb(stop["friction"])))
-    matrices, drive = (arb_mat(inverse), damping, arb_mat(inner)), arb(given["drive_frequency"])
-    return machine_of(matrices, arb_mat(inverse) * loads, stops, (drive, phase), given["law"])
+        shift, amplitude = stop["phase"] - phase, stop["amplitude"]
+        moving = [-stop["gap"], -amplitude * shift.cos(), amplitude * shift.sin()]
+        row = [*stop["normal"], *[arb(0)] * n, *moving]
+        stops.append((row, stop["tangent"], stop["restitution"], stop["friction"]))
+    matrices = [mass, damping.tolist(), arb_mat(inner).tolist(), loads]
+    return machine_of(matrices, stops, (given["drive_frequency"], phase), given["law"])
 
 
 def _modal_damping(inner: fmpq_mat, ratios: Sequence[fmpq]) -> arb_mat:
@@ -216,12 +242,13 @@ def impact(
     """
     n, r, mu = machine.size, stop.restitution, stop.friction
     normal, tangent = stop.directions(w, n)
-    mass = [[machine.inverse_mass[i, j] for j in range(n)] for i in range(n)]
-    by_normal, by_tangent = ([dot(line, x) for line in mass] for x in (normal, tangent))
+    by_normal, by_tangent = (
+        [dot(line, x) for line in machine.inverse_mass] for x in (normal, tangent)
+    )
     v, u, a = w[n : 2 * n], stop.rate(w, n), dot(normal, by_normal)
     shown: list[Condition] = [(plain(u), "the bodies do not approach")]
     if regime == "frictionless":
-        if not mu.is_zero():
+        if not plain(mu).is_zero():
             raise Undecided("a stop with friction has no impact without")
         impulse, tangential = (1 + r) * u / a, arb(0)
     else:
@@ -242,7 +269,7 @@ def impact(
             together = stop.tip and n == 1
             bent = arb(0) if together else u - rate * stopped
             after = a - b * b / c if sticks else a - friction * b
-            cone = mu * plain(c) - abs(plain(b))
+            cone = plain(mu) * plain(c) - abs(plain(b))
             shown += [
                 (plain(sign * k), "slip does not stop"),
                 (cone, "slip reverses") if sticks else (-cone, "the contact sticks"),
@@ -263,7 +290,7 @@ def impact(
 
 def _impulse(
     law: str,
-    r: arb,
+    r: Number,
     velocities: tuple[Number, Number],
     stopped: Number,
     rates: tuple[Number, Number],

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, arb_series, fmpq
 
-from .formulas import Condition, Machine, Refuted, Undecided, impact, plain
+from .formulas import Condition, Machine, Number, Refuted, Undecided, impact, plain, slope_of
 
 #: Halvings of a piece of a flight, and pieces of one flight.
 _DEEPEST, _MOST_PIECES = 100, 20_000
@@ -57,37 +57,41 @@ class Orbit:
     m: int
     legs: tuple[tuple[int, str], ...]
 
+    def times(self, k: int, z: Sequence[Number]) -> tuple[Number, Number, Number]:
+        """Start, end and duration of leg k."""
+        width, after = 2 * self.machine.size + 1, (k + 1) % len(self.legs)
+        begin, end = z[(k + 1) * width - 1], z[(after + 1) * width - 1]
+        lasts = end - begin if after != k else arb(0)  # a single leg: m T exactly
+        whole = self.machine.period * self.m if after == 0 else arb(0)
+        return begin, end + whole, lasts + whole
+
     def flight(self, k: int, z: Sequence[arb], *, slopes: bool = True) -> Flight:
         """Leg k over a box."""
-        machine, n, after = self.machine, self.machine.size, (k + 1) % len(self.legs)
+        machine, n = self.machine, self.machine.size
         width = 2 * n + 1
-        *state, begin = z[k * width : (k + 1) * width]
-        end = z[(after + 1) * width - 1]
-        lasts = end - begin if after != k else arb(0)  # a single leg: m T exactly
-        if after == 0:
-            lasts, end = lasts + machine.period * self.m, end + machine.period * self.m
-        start, flow = machine.start(state, begin), machine.flow(lasts)
+        begin, end, lasts = self.times(k, z)
+        start = arb_mat(width + 2, 1, [*z[k * width : (k + 1) * width - 1], *machine.drive(begin)])
+        flow = machine.flow(lasts)
         w = flow * start
         # the drive at the end depends on the time there alone
-        ending = [*w.entries()[: 2 * n], *machine.start([], end).entries()]
+        ending = [*w.entries()[: 2 * n], *machine.drive(end)]
         number, regime = self.legs[k]
         stop = machine.stops[number]
         velocities, conditions = impact(machine, stop, regime, ending)
         conditions.insert(0, (lasts, "the flight time is negative"))
-        found = [*ending[:n], *map(plain, velocities), plain(stop.gap(ending))]
-        rows = []
+        found, rows = [*ending[:n], *map(plain, velocities), plain(stop.gap(ending))], []
         if slopes:
-            rate, drive = machine.generator * w, (machine.generator * start).entries()[2 * n :]
-            by_begin = flow * arb_mat(2 * n + 3, 1, [*[arb(0)] * (2 * n), *drive]) - rate
+            rate, turn = machine.generator * w, (machine.generator * start).entries()[2 * n :]
+            by_begin = flow * arb_mat(width + 2, 1, [*[arb(0)] * (2 * n), *turn]) - rate
             columns = [[flow[i, j] for i in range(2 * n)] for j in range(2 * n)]
             columns += [by_begin.entries()[: 2 * n], rate.entries()[: 2 * n]]
-            turn = (machine.generator * machine.start([arb(0)] * (2 * n), end)).entries()[2 * n :]
+            last = arb_series([end, 1], 2)
             for j, column in enumerate(columns):
-                moved = [*column, *(turn if j == width else [arb(0)] * 3)]
-                pairs = zip(ending, moved, strict=True)
-                series = [arb_series([x, dx], 2) for x, dx in pairs]
-                changed, _ = impact(machine, stop, regime, series)
-                rows.append([x[1] for x in (*series[:n], *changed, stop.gap(series))])
+                pairs = zip(ending, column, strict=False)
+                moved = [arb_series([x, dx], 2) for x, dx in pairs]
+                moved += machine.drive(last) if j == width else ending[2 * n :]
+                changed, _ = impact(machine, stop, regime, moved)
+                rows.append([slope_of(x) for x in (*moved[:n], *changed, stop.gap(moved))])
         return Flight(start, ending, lasts, found, arb_mat(rows).transpose(), conditions)
 
     def flights(self, z: Sequence[arb]) -> list[Flight]:
@@ -198,7 +202,7 @@ class _Flying:
         self.first_row = [g[n, j] for j in range(2 * n + 3)]
         # over one of the first pieces a state changes by about half of its size at most
         stiff = max(float(abs(g[n + i, j]).upper()) for i in range(n) for j in range(2 * n))
-        speed = max(1.0, math.sqrt(stiff), stiff, float(self.machine.omega))
+        speed = max(1.0, stiff, float(self.machine.omega.upper()))
         self.coarse, self.pieces = math.ceil(math.log2(2 * speed)), 0
 
     def show(self) -> None:
