@@ -122,8 +122,8 @@ def examine(given: Mapping[str, Any]) -> Finding:
         try:
             discs = multipliers(matrix)
         except Undecided as reason:
-            return Finding("proved", str(reason), box, (), stability(matrix, ()))
-        return Finding("proved", "", box, discs, stability(matrix, discs))
+            return Finding("proved", str(reason), box, (), stability(matrix))
+        return Finding("proved", "", box, discs, stability(matrix))
 
 
 def agrees(claims: Mapping[str, Any], found: Finding) -> bool:

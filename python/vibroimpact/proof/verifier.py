@@ -288,23 +288,19 @@ def multipliers(matrix: arb_mat) -> list[acb]:
     return found
 
 
-def stability(matrix: arb_mat, discs: Sequence[acb]) -> str:
-    """The verdict: by Schur and Cohn, or by a multiplier outside the unit circle."""
-    if all_inside(matrix.charpoly().coeffs()):
-        return "stable"
-    return "unstable" if any(abs(x) > 1 for x in discs) else "undecided"
+def stability(matrix: arb_mat) -> str:
+    """Where the eigenvalues lie, by Schur (1917) and Cohn (1922).
 
-
-def all_inside(ascending: Sequence[arb]) -> bool:
-    """Whether a polynomial has all its zeros inside the unit circle (Schur 1917, Cohn 1922).
-
-    So has p if |p_0| < |p_n| and (p_n p - p_0 p*)/z has, p* with the coefficients reversed.
+    If |p_0| < |p_n| then p has one zero more in the unit circle than q = (p_n p - p_0 p*)/z, and as
+    many outside; p* has the coefficients reversed. If |p_0| > |p_n| a zero lies outside.
     """
-    p = list(ascending)
+    p = matrix.charpoly().coeffs()
     while len(p) > 1:
-        low, high = p[0], p[-1]
-        if not abs(low) < abs(high):
-            return False
-        p = [high * a - low * b for a, b in zip(p, reversed(p), strict=True)][1:]
+        low, high = abs(p[0]), abs(p[-1])
+        if low > high:
+            return "unstable"
+        if not low < high:
+            return "undecided"
+        p = [p[-1] * a - p[0] * b for a, b in zip(p, reversed(p), strict=True)][1:]
         p = [a / p[-1].mid() for a in p]
-    return True
+    return "stable"
