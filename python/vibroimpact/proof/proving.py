@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from flint import arb, ctx
+from flint import arb, arb_mat, ctx
 from numpy.typing import NDArray
 
 from .certificate import Finding, examine, machine_in
@@ -124,7 +125,7 @@ def _refined(orbit: Orbit, start: Array, sizes: Array, precision: int) -> list[a
         try:
             if inverse is None or not settles:
                 inverse = near_inverse(orbit, z)
-            change = (inverse * orbit.residual(z)).entries()
+            change = times(inverse, orbit.residual(z))
         except (ValueError, ZeroDivisionError) as error:
             raise Undecided("Newton's method does not converge") from error
         z = [(x - dx).mid() for x, dx in zip(z, change, strict=True)]
@@ -136,3 +137,13 @@ def _refined(orbit: Orbit, start: Array, sizes: Array, precision: int) -> list[a
             return z
         settles = last < _SETTLED
     raise Undecided("Newton's method does not converge")
+
+
+def times(columns: Sequence[arb_mat], vector: Sequence[arb]) -> list[arb]:
+    """A matrix in columns of blocks times a vector."""
+    width = len(vector) // len(columns)
+    parts = (
+        block * arb_mat(width, 1, vector[k * width : (k + 1) * width])
+        for k, block in enumerate(columns)
+    )
+    return list(sum(parts, arb_mat(len(vector), 1)).entries())

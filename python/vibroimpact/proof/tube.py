@@ -18,7 +18,7 @@ import numpy as np
 from flint import arb, arb_mat, arb_series
 
 from .formulas import Machine, Number, Refuted, Undecided, impact, plain, slope_of
-from .verifier import Orbit, return_map, show_motion, stability
+from .verifier import Flight, Orbit, return_map, show_motion, stability
 
 #: A machine with its parameter at a ball, or at a series.
 MachineAt = Callable[[Number], Machine]
@@ -87,10 +87,22 @@ class Tube:
         return bool(abs(h) < self.half) and all(abs(x - s * h) < r for x, s, r in near)
 
 
+def jacobian(orbit: Orbit, flights: Sequence[Flight]) -> arb_mat:
+    """DF."""
+    width, count = flights[0].slopes.nrows(), len(flights)
+    matrix = arb_mat(width * count, width * count)
+    for k, flight in enumerate(flights):
+        for block, place in zip(orbit.blocks(k, flight), (k, (k + 1) % count), strict=True):
+            for i, row in enumerate(block.tolist()):
+                for j, x in enumerate(row):
+                    matrix[k * width + i, place * width + j] += x
+    return matrix
+
+
 def derivative(family: Family, tube: Tube, box: Sequence[arb]) -> arb_mat:
     """DE over a box."""
     orbit, size = family.at(box[-1]), len(box)
-    slopes = orbit.jacobian(orbit.flights(box[:-1]))
+    slopes = jacobian(orbit, orbit.flights(box[:-1]))
     by_parameter = family.change(box, [*[arb(0)] * (size - 1), arb(1)])
     rows = [[*row, by_parameter[i, 0]] for i, row in enumerate(slopes.tolist())]
     return arb_mat([*rows, tube.direction])
@@ -134,7 +146,7 @@ def image(family: Family, tube: Tube) -> Image:
         raise Undecided("a divisor may be 0") from error
     near = near_inverse(slopes)
     square = sum((s * s for s in tube.direction), arb(-1))
-    column = arb_mat(size, 1, [*(rest + drift * h).entries(), square * h])
+    column = arb_mat(size, 1, [*(a + b * h for a, b in zip(rest, drift.entries(), strict=True)), square * h])
     one = arb_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])
     left = one - near * slopes
     away = (left * arb_mat(size, 1, [arb(0, r) for r in tube.radius]) - near * column).entries()

@@ -98,53 +98,59 @@ class Orbit:
         """All legs over a box."""
         return [self.flight(k, z) for k in range(len(self.legs))]
 
-    def residual(self, z: Sequence[arb]) -> arb_mat:
-        """F over a box, a column."""
+    def residual(self, z: Sequence[arb]) -> list[arb]:
+        """F over a box."""
         found, width = [], 2 * self.machine.size + 1
         for k in range(len(self.legs)):
             *after, gap = self.flight(k, z, slopes=False).after
             first = (k + 1) % len(self.legs) * width
             found += [z[first + i] - x for i, x in enumerate(after)]
             found.append(gap)
-        return arb_mat(len(found), 1, found)
+        return found
 
-    def jacobian(self, flights: Sequence[Flight]) -> arb_mat:
-        """DF from the flights over a box."""
-        width, count = 2 * self.machine.size + 1, len(self.legs)
-        matrix = arb_mat(width * count, width * count)
-        for k, flight in enumerate(flights):
-            first = (k + 1) % count * width
-            for i in range(width):
-                row, sign = k * width + i, 1 if i == width - 1 else -1
-                for j in range(width):
-                    matrix[row, k * width + j] += sign * flight.slopes[i, j]
-                matrix[row, first + width - 1] += sign * flight.slopes[i, width]
-                if i < width - 1:
-                    matrix[row, first + i] += 1
-        return matrix
+    def blocks(self, k: int, flight: Flight) -> tuple[arb_mat, arb_mat]:
+        """The blocks of DF of leg k: by its start and by its end, (2N + 1, 2N + 1) each."""
+        width = flight.slopes.nrows()
+        sign = [[-1] * (width + 1)] * (width - 1) + [[1] * (width + 1)]
+        rows = [[a * b for a, b in zip(*two, strict=True)] for two in zip(sign, flight.slopes.tolist(), strict=True)]
+        ends = [[*(arb(int(i == j < width - 1)) for j in range(width - 1)), row[width]] for i, row in enumerate(rows)]
+        return arb_mat([row[:width] for row in rows]), arb_mat(ends)
 
 
-def near_inverse(orbit: Orbit, z: Sequence[arb]) -> arb_mat:
-    """Any matrix near the inverse of DF."""
+def near_inverse(orbit: Orbit, z: Sequence[arb]) -> list[arb_mat]:
+    """Any matrix near the inverse of DF, in columns of legs."""
+    count, width = len(orbit.legs), len(z) // len(orbit.legs)
+    matrix = np.zeros((count, width, count, width))
     try:
-        matrix = orbit.jacobian(orbit.flights(z))
-        numbers = np.array([float(x.mid()) for x in matrix.entries()])
-        return arb_mat(np.linalg.inv(numbers.reshape(len(z), -1)).tolist())
+        for k, flight in enumerate(orbit.flights(z)):
+            for block, place in zip(orbit.blocks(k, flight), (k, (k + 1) % count), strict=True):
+                numbers = [float(x.mid()) for x in block.entries()]
+                matrix[k, :, place] += np.reshape(numbers, (width, width))
+        inverse = np.linalg.inv(matrix.reshape(len(z), len(z)))
+        return [arb_mat(part.tolist()) for part in np.split(inverse, count, axis=1)]
     except (np.linalg.LinAlgError, ValueError, ZeroDivisionError) as error:
         raise Undecided("the equations are singular") from error
 
 
-def krawczyk(orbit: Orbit, box: Sequence[arb], near: arb_mat) -> list[arb]:
+def krawczyk(orbit: Orbit, box: Sequence[arb], near: Sequence[arb_mat]) -> list[arb]:
     """K(Z) of a box, whether or not it lies inside, with A = `near`."""
-    centre, size = [x.mid() for x in box], len(box)
+    centre, count, size = [x.mid() for x in box], len(near), len(box)
+    width = size // count
+    residual = orbit.residual(centre)
     try:
-        slopes = orbit.jacobian(orbit.flights(box))
+        blocks = [orbit.blocks(k, flight) for k, flight in enumerate(orbit.flights(box))]
     except (ValueError, ZeroDivisionError) as error:
         raise Undecided("a divisor may be 0 in the box") from error
-    away = arb_mat(size, 1, [x - c for x, c in zip(box, centre, strict=True)])
-    one = arb_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])
-    image = (one - near * slopes) * away - near * orbit.residual(centre)
-    return [c + x for c, x in zip(centre, image.entries(), strict=True)]
+    image = arb_mat(size, 1, centre)
+    for k in range(count):
+        place = slice(k * width, (k + 1) * width)
+        # columns of I - A DF: where leg k starts, and where the one before ends
+        left = near[k] * blocks[k][0] + near[k - 1] * blocks[k - 1][1]
+        for i in range(width):
+            left[k * width + i, i] -= 1
+        away = [x - c for x, c in zip(box[place], centre[place], strict=True)]
+        image -= left * arb_mat(width, 1, away) + near[k] * arb_mat(width, 1, residual[place])
+    return list(image.entries())
 
 
 def inside(inner: Iterable[arb], outer: Iterable[arb]) -> bool:

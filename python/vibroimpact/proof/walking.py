@@ -41,7 +41,7 @@ def corrected(family: Family, y: Sequence[arb], direction: Array) -> list[arb]:
     for _ in range(12):
         if near is None:
             near = near_inverse(derivative(family, tube, z))
-        rest = [*family.at(z[-1]).residual(z[:-1]).entries()]
+        rest = [*family.at(z[-1]).residual(z[:-1])]
         plane = sum((s * (a - b) for s, a, b in zip(tube.direction, z, y, strict=True)), arb(0))
         step = (near * arb_mat(len(z), 1, [*rest, plane])).entries()
         z = [(a - d).mid() for a, d in zip(z, step, strict=True)]
