@@ -14,8 +14,8 @@ from typing import Any, Literal
 from flint import acb, arb, ctx, fmpq
 
 from ..errors import ProofError
-from .formulas import Machine, Refuted, Undecided, structure, two_bodies
-from .verifier import Orbit, multipliers, only_zero, return_map, show_motion, stability
+from .formulas import Machine, Refuted, Undecided, plain, structure, two_bodies
+from .verifier import Orbit, multipliers, only_zero, return_map, settled, show_motion, stability
 
 Verdict = Literal["proved", "disproved", "undecided"]
 REGIMES = (
@@ -28,7 +28,10 @@ REGIMES = (
 )
 LAWS = ("poisson", "newton", "energetic")
 _MATRICES = ("mass", "stiffness", "damping", "damping_ratios")
-SYMBOLS = ("mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "c1", "c2", "mu")
+SYMBOLS = (
+    *("mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "c1", "c2", "mu"),
+    *("omega", "phi"),
+)
 
 
 @dataclass(frozen=True)
@@ -66,31 +69,40 @@ def balls(given: Any) -> list[arb]:
     return [arb(centre, radius) for centre, radius in pairs]
 
 
-def machine_in(given: Mapping[str, Any]) -> Machine:
-    """The machine of a certificate, at the present precision."""
-    if given["law"] not in LAWS:
-        raise ProofError(f"law {given['law']!r}")
+def machine_in(given: Mapping[str, Any], place: Sequence[Any] = (), value: Any = None) -> Machine:
+    """The machine of a certificate; `value` at a place in it, a ball or a series, if there is one."""
+    if given["law"] not in LAWS or given["kind"] not in ("two bodies", "structure"):
+        raise ProofError(f"law {given['law']!r}, kind {given['kind']!r}")
     if given["kind"] == "two bodies":
-        number = {name: exact(given["numbers"][name]) for name in (*SYMBOLS, "omega", "phi")}
+        number = {name: balls_of(given["numbers"][name]) for name in SYMBOLS}
+        if place:
+            number[place[0]] = value
+        sharp = {name: plain(x) for name, x in number.items()}
         rests, contact = given["wall_rests"], given["contact"]
-        sound = number["omega"] > 0 and min(number["mbar"], number["mu"]) >= 0
-        sound = sound and 0 <= number["r"] <= 1 and contact in ("oblique", "direct")
-        if not sound or (rests and (number["mbar"] != 0 or number["f2"] != 0)):
+        sound = sharp["omega"] > 0 and sharp["mbar"] >= 0 and sharp["mu"] >= 0
+        sound = sound and 0 <= sharp["r"] <= 1 and contact in ("oblique", "direct")
+        if not sound or (rests and (sharp["mbar"] != 0 or sharp["f2"] != 0)):
             raise ProofError("parameters outside their range")
-        return two_bodies({name: arb(value) for name, value in number.items()}, contact, given["law"], wall_rests=rests)
-    if given["kind"] != "structure":
-        raise ProofError(f"kind {given['kind']!r}")
+        return two_bodies(number, contact, given["law"], wall_rests=rests)
     parts = {
         name: numbers(x) if name in _MATRICES else balls_of(x)
         for name, x in given.items()
         if name not in ("kind", "law", "stops")
     }
-    stops = [{name: balls_of(x) for name, x in stop.items()} for stop in given["stops"]]
-    sound = parts["drive_frequency"] > 0
-    sound = sound and all(0 <= stop["restitution"] <= 1 and stop["friction"] >= 0 for stop in stops)
+    parts["stops"] = [{name: balls_of(x) for name, x in stop.items()} for stop in given["stops"]]
+    if place:
+        owner: Any = parts
+        for step in place[:-1]:
+            owner = owner[step]
+        if place[0] in _MATRICES or not isinstance(owner[place[-1]], arb):
+            raise ProofError("a parameter that is none")
+        owner[place[-1]] = value
+    sound = plain(parts["drive_frequency"]) > 0
+    for stop in parts["stops"]:
+        sound = sound and 0 <= plain(stop["restitution"]) <= 1 and plain(stop["friction"]) >= 0
     if not sound:
         raise ProofError("parameters outside their range")
-    return structure({**parts, "law": given["law"], "stops": stops})
+    return structure({**parts, "law": given["law"]})
 
 
 def examine(given: Mapping[str, Any]) -> Finding:
@@ -118,12 +130,12 @@ def examine(given: Mapping[str, Any]) -> Finding:
             return Finding("disproved", str(reason), box)
         except Undecided as reason:
             return Finding("undecided", str(reason))
-        matrix = return_map(flights)
+        matrix = settled(return_map(flights))
         try:
             discs = multipliers(matrix)
         except Undecided as reason:
-            return Finding("proved", str(reason), box, (), stability(matrix))
-        return Finding("proved", "", box, discs, stability(matrix))
+            return Finding("proved", str(reason), box, (), stability(matrix.charpoly().coeffs()))
+        return Finding("proved", "", box, discs, stability(matrix.charpoly().coeffs()))
 
 
 def agrees(claims: Mapping[str, Any], found: Finding) -> bool:

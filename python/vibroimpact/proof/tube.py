@@ -18,7 +18,10 @@ import numpy as np
 from flint import arb, arb_mat, arb_series
 
 from .formulas import Machine, Number, Refuted, Undecided, impact, plain, slope_of
-from .verifier import Flight, Orbit, return_map, show_motion, stability
+from .verifier import Flight, Orbit, return_map, settled, show_motion, stability
+
+#: Boxes around a point, each inside the one before.
+_NARROWER, _TINY = 2, 1e-40
 
 #: A machine with its parameter at a ball, or at a series.
 MachineAt = Callable[[Number], Machine]
@@ -79,12 +82,12 @@ class Tube:
         return [y + s * h + x for y, s, x in rows]
 
 
-    def holds(self, point: Sequence[arb]) -> bool:
-        """Whether a point lies inside the tube."""
+    def place(self, point: Sequence[arb]) -> arb | None:
+        """The h of a point inside the tube, else None."""
         away = [x - y for x, y in zip(point, self.centre, strict=True)]
         h = sum((s * x for s, x in zip(self.direction, away, strict=True)), arb(0))
         near = zip(away, self.direction, self.radius, strict=True)
-        return bool(abs(h) < self.half) and all(abs(x - s * h) < r for x, s, r in near)
+        return h if abs(h) < self.half and all(abs(x - s * h) < r for x, s, r in near) else None
 
 
 def jacobian(orbit: Orbit, flights: Sequence[Flight]) -> arb_mat:
@@ -153,20 +156,44 @@ def image(family: Family, tube: Tube) -> Image:
     inside = all(abs(x) < r for x, r in zip(away, tube.radius, strict=True))
     # X = dY/dh solves DE X = e: X - S = A (e - DE S) + (I - A DE)(X - S), a contraction in the
     # norm max |x_i|/R_i, since K lies inside
-    parts = [sum((abs(left[i, j]) * r for j, r in enumerate(tube.radius)), arb(0)) / tube.radius[i] for i in range(size)]
-    part = max(parts).upper()
+    radius = [r + _TINY for r in tube.radius]
+    part = max(
+        sum((abs(left[i, j]) * r for j, r in enumerate(radius)), arb(0)) / radius[i]
+        for i in range(size)
+    ).upper()
     straight = arb_mat(size, 1, [*none[1:], arb(1)]) - slopes * arb_mat(size, 1, tube.direction)
     bent = (near * straight).entries()
-    off = max(abs(x) / r for x, r in zip(bent, tube.radius, strict=True)) / (1 - part)
-    slope = tube.direction[-1] + arb(0, (off * tube.radius[-1]).upper())
+    off = max(abs(x) / r for x, r in zip(bent, radius, strict=True)) / (1 - part)
+    slope = tube.direction[-1] + arb(0, (off * radius[-1]).upper())
     return Image(away, inside and bool(part < 1), slope)
+
+
+def point_at(family: Family, tube: Tube, found: Image, h: arb) -> list[arb]:
+    """The point of the branch in a plane of a tube: in K of a short tube about it, too."""
+    point = tube.along(h, h, found.away)
+    for _ in range(_NARROWER):
+        centre = [x.mid() for x in point]
+        offset = zip(tube.direction, centre, tube.centre, strict=True)
+        short = (h - sum((s * (x - y) for s, x, y in offset), arb(0))).abs_upper()
+        radius = [(x - c).abs_upper() for x, c in zip(point, centre, strict=True)]
+        near = image(family, Tube(centre, tube.direction, short, radius))
+        point = [c + x for c, x in zip(centre, near.away, strict=True)]
+    return point
 
 
 @dataclass(frozen=True)
 class Slice:
-    """What holds of the solutions between two parameters: `part` of the way along its tube."""
+    """What holds of the solutions on a part of a tube.
 
-    parameter: arb
+    `first` and `last`: the parameter at its two ends; `whole`: all its values. `rises`: 1 or -1 if
+    the parameter rises or falls along it, else 0. `at_minus_one`, `at_one`: signs of the
+    characteristic polynomial there.
+    """
+
+    first: arb
+    last: arb
+    whole: arb
+    rises: int
     verdict: str
     why: str
     stability: str
@@ -174,26 +201,31 @@ class Slice:
     at_one: int
 
 
-def slices(family: Family, tube: Tube, away: Sequence[arb], count: int) -> list[Slice]:
-    """What is shown of the motions of a tube, in so many parts."""
-    found = []
-    for i in range(count):
-        lo, hi = (tube.half * (2 * k - count) / count for k in (i, i + 1))
-        box = tube.along(lo, hi, away)
-        orbit = family.at(box[-1])
-        verdict, why, signs = "proved", "", [0, 0]
-        flights = orbit.flights(box[:-1])
+def slices(family: Family, tube: Tube, found: Image, count: int, lo: arb, hi: arb) -> list[Slice]:
+    """What is shown of the motions of a tube between two values of h, in so many parts."""
+    told = []
+    ends = [lo + (hi - lo) * k / count for k in range(count + 1)]
+    for here, there in zip(ends, ends[1:], strict=False):
+        box = tube.along(here, there, found.away)
+        first, last = (tube.along(h, h, found.away)[-1] for h in (here, there))
+        orbit, verdict, why = family.at(box[-1]), "proved", ""
         try:
+            flights = orbit.flights(box[:-1])
             show_motion(orbit, flights)
         except Refuted as reason:
             verdict, why = "disproved", str(reason)
-        except Undecided as reason:
+        except (Undecided, ValueError, ZeroDivisionError) as reason:
             verdict, why = "undecided", str(reason)
-        matrix = return_map(flights)
-        for place, point in enumerate((-1, 1)):
-            value = matrix.charpoly()(point)
-            # without the eigenvalue 0
-            value = value * point
-            signs[place] = 1 if value > 0 else -1 if value < 0 else 0
-        found.append(Slice(box[-1], verdict, why, stability(matrix), *signs))
-    return found
+        try:
+            polynomial = settled(return_map(flights)).charpoly()
+            steady = stability(polynomial.coeffs())
+            # an odd degree: one eigenvalue is 0
+            signs = [_sign(-polynomial(-1).real), _sign(polynomial(1).real)]
+        except (Undecided, ValueError, ZeroDivisionError, UnboundLocalError):
+            steady, signs = "undecided", [0, 0]
+        told.append(Slice(first, last, box[-1], _sign(found.slope), verdict, why, steady, *signs))
+    return told
+
+
+def _sign(x: arb) -> int:
+    return 1 if x > 0 else -1 if x < 0 else 0

@@ -283,10 +283,23 @@ def return_map(flights: Sequence[Flight]) -> arb_mat:
     return total
 
 
-def multipliers(matrix: arb_mat) -> list[acb]:
+def settled(matrix: arb_mat) -> acb_mat:
+    """A similar matrix, nearly diagonal where that is possible: it has narrower discs."""
+    numbers = np.array([float(x.mid()) for x in matrix.entries()]).reshape(matrix.nrows(), -1)
+    if not np.isfinite(numbers).all():
+        raise Undecided("the derivative of the return map is not bounded")
+    vectors = np.linalg.eig(numbers)[1]  # any regular matrix will do
+    try:
+        basis = acb_mat([[acb(x.real, x.imag) for x in row] for row in vectors.tolist()])
+        return basis.solve(acb_mat(matrix) * basis)
+    except ZeroDivisionError:
+        return acb_mat(matrix)
+
+
+def multipliers(matrix: acb_mat) -> list[acb]:
     """Discs of the multipliers of a return map, with multiplicity, by falling modulus."""
     try:
-        found: list[acb] = acb_mat(matrix).eig(multiple=True)
+        found: list[acb] = matrix.eig(multiple=True)
     except ValueError as error:
         raise Undecided("multipliers too close to each other to tell apart") from error
     found.sort(key=lambda x: (-round(float(abs(x).upper()), 12), -float(x.imag.mid())))
@@ -294,13 +307,13 @@ def multipliers(matrix: arb_mat) -> list[acb]:
     return found
 
 
-def stability(matrix: arb_mat) -> str:
-    """Where the eigenvalues lie, by Schur (1917) and Cohn (1922).
+def stability(ascending: Sequence[acb]) -> str:
+    """Where the zeros of a characteristic polynomial lie, by Schur (1917) and Cohn (1922).
 
     If |p_0| < |p_n| then p has one zero more in the unit circle than q = (p_n p - p_0 p*)/z, and as
     many outside; p* has the coefficients reversed. If |p_0| > |p_n| a zero lies outside.
     """
-    p = matrix.charpoly().coeffs()
+    p = [x.real for x in ascending]
     while len(p) > 1:
         low, high = abs(p[0]), abs(p[-1])
         if low > high:
