@@ -26,6 +26,7 @@ from .errors import (
     Interrupted,
     NoMotionError,
     ParameterError,
+    ProofError,
     SimulationError,
     StateError,
 )
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
         switch_branch,
         unstable_manifold,
     )
+    from .proof import Disc, Proof, ProofBox, check_proof, prove
     from .run_in_si import RunInSI
     from .single_impact import MotionMap, PeriodicMotions, Undecided, periodic_motions
     from .single_impact.motion_map import motion_map
@@ -104,6 +106,7 @@ else:
             periodic_motion search_motions stability_region switch_branch unstable_manifold
         """,
         "plot": "",
+        "proof": "Disc Proof ProofBox check_proof prove",
         "run_in_si": "RunInSI",
         "single_impact": """
             MotionMap PeriodicMotions Undecided motion_map periodic_motions
@@ -155,6 +158,7 @@ __all__ = [
     "Diagram",
     "DiagramSettings",
     "Disagreement",
+    "Disc",
     "EnergyAudit",
     "EventKind",
     "Evidence",
@@ -173,6 +177,9 @@ __all__ = [
     "PeriodReport",
     "PeriodicMotion",
     "PeriodicMotions",
+    "Proof",
+    "ProofBox",
+    "ProofError",
     "Regime",
     "Run",
     "RunInSI",
@@ -199,6 +206,7 @@ __all__ = [
     "bifurcation_curve",
     "bifurcation_diagram",
     "chart",
+    "check_proof",
     "explore",
     "follow_motion",
     "impact",
@@ -211,6 +219,7 @@ __all__ = [
     "periodic_motion",
     "periodic_motions",
     "plot",
+    "prove",
     "search_motions",
     "simulate",
     "stability_region",

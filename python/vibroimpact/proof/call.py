@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
 
+from ..arguments import path as path_of
 from ..arguments import reject
+from ..extras import missing
 from ..interruption import interruptible
 from ..orbits.motion import PeriodicMotion
 from ..structure_motion import StructureOrbit
-from ..verification.call import need_flint
 from .result import Proof
+
+
+def _need_flint() -> None:
+    """Raise the error for a missing python-flint, with how to install it."""
+    try:
+        import flint  # noqa: F401
+    except ImportError as error:
+        raise missing("verify", "a proof needs python-flint") from error
 
 
 @interruptible
@@ -53,7 +61,7 @@ def prove(motion: PeriodicMotion | StructureOrbit) -> Proof:
     """
     if not isinstance(motion, (PeriodicMotion, StructureOrbit)):
         reject("motion", motion, "a PeriodicMotion, or a motion of a Structure")
-    need_flint()
+    _need_flint()
     from .proving import proved
 
     return proved(motion)
@@ -91,7 +99,8 @@ def check_proof(path: str | os.PathLike[str]) -> Proof:
     >>> vi.check_proof("motion.json")
     <Proof of 1-1: proved, stable>
     """
-    need_flint()
+    path = path_of("path", path)
+    _need_flint()
     from .files import read_proof
 
     return read_proof(path)

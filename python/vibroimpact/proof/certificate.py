@@ -42,7 +42,7 @@ class Finding:
     why: str = ""
     box: Sequence[arb] = ()
     discs: Sequence[acb] = ()
-    stability: str = "undecided"
+    stability: Literal["stable", "unstable", "undecided"] = "undecided"
 
 
 def exact(text: Any) -> fmpq:
@@ -70,7 +70,7 @@ def balls(given: Any) -> list[arb]:
 
 
 def machine_in(given: Mapping[str, Any], place: Sequence[Any] = (), value: Any = None) -> Machine:
-    """The machine of a certificate; `value` at a place in it, a ball or a series, if there is one."""
+    """The machine of a certificate, with a `value`, a ball or a series, at a place in it."""
     if given["law"] not in LAWS or given["kind"] not in ("two bodies", "structure"):
         raise ProofError(f"law {given['law']!r}, kind {given['kind']!r}")
     if given["kind"] == "two bodies":
@@ -115,7 +115,9 @@ def examine(given: Mapping[str, Any]) -> Finding:
     with ctx.workprec(int(given["precision"])):
         machine = machine_in(given["machine"])
         legs = tuple((stop, regime) for stop, regime in given["legs"])
-        known = all(regime in REGIMES and stop in range(len(machine.stops)) for stop, regime in legs)
+        known = all(
+            regime in REGIMES and stop in range(len(machine.stops)) for stop, regime in legs
+        )
         box = balls(given["box"])
         if not (known and legs and given["m"] in range(1, 10**6)):
             raise ProofError("legs or m")

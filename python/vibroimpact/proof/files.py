@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from flint import acb, arb, ctx
+from flint import acb, arb, ctx, fmpq
 
 from ..arguments import reject
 from ..errors import ProofError
 from ..whole_file import whole_file
-from .certificate import Finding, agrees, examine, exact
-from .posing import text
-from .result import Box, Disc, Proof
+from .certificate import Finding, agrees, exact, examine
+from .result import Disc, Proof, ProofBox
 from .statement import statement
 
 FORMAT = "vibroimpact proof 1"
@@ -26,11 +26,19 @@ _KEYS = {"format", *_PROBLEM, "claims", "statement"}
 _ROOM = 4
 
 
+def text(value: arb | fmpq | float) -> str:
+    """An exact number as certificates write it: a double, a dyadic fraction, a ball's midpoint."""
+    if isinstance(value, arb):
+        mantissa, exponent = value.mid().man_exp()
+        return f"{int(mantissa)}p{int(exponent)}"
+    part, whole = (value.p, value.q) if isinstance(value, fmpq) else value.as_integer_ratio()
+    return f"{int(part)}p{1 - int(whole).bit_length()}"
+
+
 def proof_of(posed: Mapping[str, Any], found: Finding) -> Proof:
     """The proof of a problem by what is found of it."""
-    label = f"{posed['m']}-{len(posed['legs'])}"
     if found.verdict == "undecided":
-        return Proof(verdict="undecided", why=found.why, label=label)
+        return Proof(verdict="undecided", why=found.why, label=_label(posed))
     with ctx.workprec(posed["precision"]):
         claims = {
             "verdict": found.verdict,
@@ -39,6 +47,10 @@ def proof_of(posed: Mapping[str, Any], found: Finding) -> Proof:
             "discs": [[text(x.real), text(x.imag), text(_radius(x))] for x in found.discs],
         }
     return proof_from({**posed, "claims": claims}, found)
+
+
+def _label(posed: Mapping[str, Any]) -> str:
+    return f"{posed['m']}-{len(posed['legs'])}"
 
 
 def _radius(disc: acb) -> arb:
@@ -50,14 +62,13 @@ def proof_from(certificate: dict[str, Any], found: Finding) -> Proof:
     claims = certificate["claims"]
     width = len(certificate["box"]) // len(certificate["legs"])
     center, radius = np.array([_double(*pair) for pair in claims["box"]]).T
-    discs = [_disc(*three) for three in claims["discs"]]
     return Proof(
         verdict=found.verdict,
         why=found.why,
-        label=f"{certificate['m']}-{len(certificate['legs'])}",
-        box=Box(center=_fixed(center, width), radius=_fixed(radius, width)),
-        unique_within=min(_double(*pair, down=True)[1] for pair in certificate["box"]),
-        multipliers=tuple(discs),
+        label=_label(certificate),
+        box=ProofBox(center=_fixed(center, width), radius=_fixed(radius, width)),
+        unique_within=_alone(certificate["box"], center),
+        multipliers=tuple(_disc(*three) for three in claims["discs"]),
         stability=found.stability,
         certificate=certificate,
     )
@@ -69,14 +80,23 @@ def _fixed(values: Any, width: int) -> Any:
     return array
 
 
-def _double(centre: str, radius: str, *, down: bool = False) -> tuple[float, float]:
-    """A double near a centre, and the radius about it, rounded up, or that within, rounded down."""
-    with ctx.workprec(4096):
-        middle = float(arb(exact(centre)))
-        away = abs(arb(exact(centre)) - arb(middle))
-        size = arb(exact(radius))
-        bound = float((size - away if down else size + away).mid())
-    return middle, max(0.0, np.nextafter(bound, -np.inf if down else np.inf))
+def _alone(box: Sequence[Sequence[str]], center: Any) -> float:
+    """A distance from the centers within which everything lies in a box, rounded down."""
+    pairs = zip(box, center, strict=True)
+    within = min(_exact(by) - abs(_exact(x) - Fraction(y)) for (x, by), y in pairs)
+    return max(0.0, float(np.nextafter(float(within), -np.inf)))
+
+
+def _double(centre: str, radius: str) -> tuple[float, float]:
+    """A double near a centre, and the radius about it, rounded up."""
+    middle = float(_exact(centre))
+    bound = _exact(radius) + abs(_exact(centre) - Fraction(middle))
+    return middle, float(np.nextafter(float(bound), np.inf))
+
+
+def _exact(text: str) -> Fraction:
+    number = exact(text)
+    return Fraction(int(number.p), int(number.q))
 
 
 def _disc(real: str, imag: str, radius: str) -> Disc:
@@ -105,22 +125,25 @@ def read_proof(path: str | os.PathLike[str]) -> Proof:
     with open(path, "rb") as file:
         raw = file.read()
     try:
-        content = json.loads(raw)
-        if not isinstance(content, dict) or set(content) != _KEYS or content["format"] != FORMAT:
-            raise ProofError("not a certificate of this format")
-        if set(content["claims"]) != {"verdict", "stability", "box", "discs"}:
-            raise ProofError("claims of another kind")
-        posed = {name: content[name] for name in _PROBLEM}
-        found = examine(posed)
-        if found.verdict == "undecided":
-            raise ProofError(f"nothing is shown: {found.why}")
-        if not agrees(content["claims"], found):
-            raise ProofError("it claims more than is shown")
-        proof = proof_from({**posed, "claims": content["claims"]}, found)
-        if content["statement"] != statement(proof):
-            raise ProofError("its statement is not what is shown")
+        return _verified(json.loads(raw))
     except ProofError:
         raise
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
         raise ProofError(f"damaged: {error!r}") from error
+
+
+def _verified(content: Any) -> Proof:
+    if not isinstance(content, dict) or set(content) != _KEYS or content["format"] != FORMAT:
+        raise ProofError("not a certificate of this format")
+    if set(content["claims"]) != {"verdict", "stability", "box", "discs"}:
+        raise ProofError("claims of another kind")
+    posed = {name: content[name] for name in _PROBLEM}
+    found = examine(posed)
+    if found.verdict == "undecided":
+        raise ProofError(f"nothing is shown: {found.why}")
+    if not agrees(content["claims"], found):
+        raise ProofError("it claims more than is shown")
+    proof = proof_from({**posed, "claims": content["claims"]}, found)
+    if content["statement"] != statement(proof):
+        raise ProofError("its statement is not what is shown")
     return proof

@@ -21,18 +21,20 @@ class Refuted(Exception):
     """The box holds no motion; says why."""
 
 
-#: A ball, or one with a derivative: x + x' h, a power series in h of two terms.
-Number: TypeAlias = arb | arb_series
+#: A ball (arb), or one with a derivative: x + x' h, a power series in h of two terms (arb_series).
+Number: TypeAlias = Any
 
 
 def plain(x: Number) -> arb:
     """Without derivative."""
-    return x[0] if isinstance(x, arb_series) else x
+    found: arb = x[0] if isinstance(x, arb_series) else x
+    return found
 
 
 def slope_of(x: Number) -> arb:
     """The derivative."""
-    return x[1] if isinstance(x, arb_series) else arb(0)
+    found: arb = x[1] if isinstance(x, arb_series) else arb(0)
+    return found
 
 
 def dot(row: Sequence[Number], other: Sequence[Number]) -> Number:
@@ -109,7 +111,7 @@ class Machine:
         return _exp(self.generator, time)
 
     def moved_flow(self, time: arb) -> arb_mat:
-        """The derivative of exp(time G) by the parameter: part of the exponential of (G G'; 0 G)."""
+        """Its derivative by the parameter: part of the exponential of (G G'; 0 G)."""
         size, g = self.generator.nrows(), self.generator
         both = arb_mat(2 * size, 2 * size)
         for i in range(size):
@@ -152,11 +154,11 @@ def machine_of(
         g[n + i] = [-x for x in stiffness[i]] + [-x for x in damping[i]] + loads[i]
     g[2 * n + 1][2 * n + 2], g[2 * n + 2][2 * n + 1] = -omega, omega
     columns, made = list(zip(*g, strict=True)), []
-    for row, *others in stops:
+    for row, tangent, restitution, friction in stops:
         rows = [row]
         for _ in range(2):
             rows.append([dot(rows[-1], column) for column in columns])
-        made.append(Stop(rows, *others, tip))
+        made.append(Stop(rows, tangent, restitution, friction, tip))
     slopes = [[slope_of(x) for x in row] for row in g]
     moves = any(isinstance(x, arb_series) for row in g for x in row)
     sharp = arb_mat([[plain(x) for x in row] for row in g])
@@ -215,7 +217,8 @@ def _modal_damping(inner: fmpq_mat, ratios: Sequence[fmpq]) -> arb_mat:
     """
     n, place = inner.nrows(), 0
     total, one = arb_mat(n, n), arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
-    roots = [(root.real, count) for root, count in inner.charpoly().complex_roots()]
+    found: Any = inner.charpoly().complex_roots()
+    roots = [(root.real, count) for root, count in found]
     roots.sort(key=lambda pair: float(pair[0]))
     for i, (root, count) in enumerate(roots):
         (ratio,) = set(ratios[place : place + count])  # equal where frequencies are

@@ -5,56 +5,50 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from flint import arb, fmpq
 from numpy.typing import NDArray
 
 from .._core import LegKind, Regime
 from ..orbits.motion import PeriodicMotion
-from ..reference.flight import exact as exact_number
+from ..structure import Structure
 from ..structure_motion import StructureOrbit
 from ..system import SYMBOLS, System
 from ..verification.structure_motion import exact_structure
+from .files import text
 
 AnyMotion = PeriodicMotion | StructureOrbit
 
 
-def text(value: arb | fmpq | float) -> str:
-    """An exact number as certificates write it: a double, a dyadic fraction, a ball's midpoint."""
-    if isinstance(value, arb):
-        mantissa, exponent = value.mid().man_exp()
-        return f"{int(mantissa)}p{int(exponent)}"
-    fraction = exact_number(value)
-    return f"{int(fraction.p)}p-{int(fraction.q).bit_length() - 1}"
-
-
-def machine_of(motion: AnyMotion) -> dict[str, Any]:
+def machine_in_text(motion: AnyMotion) -> dict[str, Any]:
     """The machine of a motion, as certificates write it."""
-    system = motion.system
     if isinstance(motion, PeriodicMotion):
-        numbers = {symbol: text(getattr(system, name)) for symbol, name in SYMBOLS.items()}
-        return {
-            "kind": "two bodies",
-            "contact": system.contact,
-            "law": system.law,
-            "wall_rests": bool(motion.wall_at_rest),
-            "numbers": numbers,
-        }
-    known = exact_structure(system)
+        return _two_bodies(motion.system, rests=motion.wall_at_rest)
+    return _structure(motion.system)
+
+
+def _two_bodies(system: System, *, rests: bool) -> dict[str, Any]:
+    return {
+        "kind": "two bodies",
+        "contact": system.contact,
+        "law": system.law,
+        "wall_rests": bool(rests),
+        "numbers": {symbol: text(getattr(system, name)) for symbol, name in SYMBOLS.items()},
+    }
+
+
+def _structure(given: Structure) -> dict[str, Any]:
+    known = exact_structure(given)
     none = ["0p0"] * known.size
-
-    def rows(matrix: Any) -> list[list[str]]:
-        return [[text(x) for x in row] for row in matrix.tolist()]
-
-    damping = (
-        {"damping": rows(known.damping)}
-        if known.damping is not None
-        else {"damping_ratios": [text(x) for x in known.ratios] if known.ratios else none}
-    )
+    damping: dict[str, Any]
+    if known.damping is not None:
+        damping = {"damping": _rows(known.damping)}
+    else:
+        damping = {"damping_ratios": [text(x) for x in known.ratios] if known.ratios else none}
+    numbers = ("gap", "restitution", "friction", "amplitude", "phase")
     return {
         "kind": "structure",
         "law": known.law,
-        "mass": rows(known.mass),
-        "stiffness": rows(known.stiffness),
+        "mass": _rows(known.mass),
+        "stiffness": _rows(known.stiffness),
         **damping,
         "static_load": [text(x) for x in known.load],
         "drive_amplitude": [[text(real), text(imag)] for real, imag in known.drive],
@@ -62,20 +56,23 @@ def machine_of(motion: AnyMotion) -> dict[str, Any]:
         "phase": text(known.phase),
         "stops": [
             {
-                "normal": rows(stop.normal)[0],
-                "tangent": none if stop.tangent is None else rows(stop.tangent)[0],
-                **{
-                    name: text(getattr(stop, name))
-                    for name in ("gap", "restitution", "friction", "amplitude", "phase")
-                },
+                "normal": _rows(stop.normal)[0],
+                "tangent": none if stop.tangent is None else _rows(stop.tangent)[0],
+                **{name: text(getattr(stop, name)) for name in numbers},
             }
             for stop in known.stops
         ],
     }
 
 
+def _rows(matrix: Any) -> list[list[str]]:
+    return [[text(x) for x in row] for row in matrix.tolist()]
+
+
 def legs_of(motion: AnyMotion) -> list[list[Any]] | str:
     """The legs as certificates write them, or why there is no proof of such a motion."""
+    if motion.system.law == "paper":
+        return "the law of the paper is not proved with"
     if not motion.legs:
         return "stops stay closed for a while: sustained contact is not proved"
     legs = []
@@ -94,10 +91,10 @@ def nodes_of(motion: AnyMotion) -> NDArray[np.float64]:
     """The nodes as certificates have them, (legs, 2N + 1): q, v, and t from 0 to m T."""
     system, nodes = motion.system, np.array(motion.nodes)
     times = nodes[:, -1] + np.array(motion.clocks) * system.drive_period
-    if not isinstance(system, System):
+    if not isinstance(motion, PeriodicMotion):
         return np.column_stack([nodes[:, :-1], times])
     x1, v1, v2 = nodes[:, :3].T
     if motion.wall_at_rest:
         return np.column_stack([x1, v1, times])
-    tip = np.sin(x1) if system.contact == "oblique" else x1
-    return np.column_stack([x1, tip - system.gap, v1, v2, times])
+    tip = np.sin(x1) if motion.system.contact == "oblique" else x1
+    return np.column_stack([x1, tip - motion.system.gap, v1, v2, times])

@@ -11,9 +11,9 @@ from flint import arb, arb_mat, ctx
 from numpy.typing import NDArray
 
 from .certificate import Finding, examine, machine_in
+from .files import proof_of, text
 from .formulas import Undecided
-from .posing import AnyMotion, legs_of, machine_of, nodes_of, text
-from .files import proof_of
+from .posing import AnyMotion, legs_of, machine_in_text, nodes_of
 from .result import Proof
 from .verifier import Orbit, inside, krawczyk, near_inverse
 
@@ -34,25 +34,26 @@ def proved(motion: AnyMotion) -> Proof:
     legs = legs_of(motion)
     if isinstance(legs, str):
         return Proof(verdict="undecided", why=legs, label=motion.label)
-    if motion.system.law == "paper":
-        return Proof(verdict="undecided", why="the law of the paper is not proved with", label=motion.label)
-    problem = {"machine": machine_of(motion), "m": motion.m, "legs": legs}
+    problem = {"machine": machine_in_text(motion), "m": motion.m, "legs": legs}
     best: Proof | None = None
     for precision in _precisions(motion):
-        with ctx.workprec(precision):
-            try:
-                box = _box(motion, problem, precision)
-            except Undecided as reason:
-                found, posed = Finding("undecided", str(reason)), {**problem, "precision": precision, "box": []}
-            else:
-                posed = {**problem, "precision": precision, "box": box}
-                found = examine(posed)
+        posed, found = _examined(motion, {**problem, "precision": precision})
         if best is None or found.verdict != "undecided":
             best = proof_of(posed, found)
         if best.verdict != "undecided" and not found.why:
             break
     assert best is not None
     return best
+
+
+def _examined(motion: AnyMotion, problem: dict[str, Any]) -> tuple[dict[str, Any], Finding]:
+    """The problem with the box that is found for it, and what holds of it."""
+    with ctx.workprec(problem["precision"]):
+        try:
+            posed = {**problem, "box": _box(motion, problem)}
+        except Undecided as reason:
+            return {**problem, "box": []}, Finding("undecided", str(reason))
+        return posed, examine(posed)
 
 
 def _precisions(motion: AnyMotion) -> list[int]:
@@ -63,10 +64,6 @@ def _precisions(motion: AnyMotion) -> list[int]:
     return [first, 2 * first, 4 * first]
 
 
-def _open(motion: AnyMotion, why: str) -> Proof:
-    return Proof.of(motion, {}, Finding("undecided", why))
-
-
 def _scales(nodes: Array, omega: float) -> Array:
     """Sizes of the unknowns of a node: coordinates, speeds, time."""
     n = nodes.shape[1] // 2
@@ -74,9 +71,9 @@ def _scales(nodes: Array, omega: float) -> Array:
     return np.array([length] * n + [length * omega] * n + [1.0 / omega])
 
 
-def _box(motion: AnyMotion, problem: dict[str, Any], precision: int) -> list[list[str]]:
+def _box(motion: AnyMotion, problem: dict[str, Any]) -> list[list[str]]:
     """The widest box about the solution near a motion in which it is shown to be alone."""
-    nodes = nodes_of(motion)
+    nodes, precision = nodes_of(motion), problem["precision"]
     machine = machine_in(problem["machine"])
     orbit = Orbit(machine, problem["m"], tuple((stop, regime) for stop, regime in problem["legs"]))
     sizes = np.tile(_scales(nodes, motion.system.drive_frequency), len(nodes))
@@ -95,8 +92,8 @@ def _box(motion: AnyMotion, problem: dict[str, Any], precision: int) -> list[lis
         return max(x.rad() / y.rad() for x, y in zip(image, box, strict=True))
 
     least = arb(2) ** -(precision - _NARROWEST)
-    first = arb(2) ** -(precision // 3)
-    width, part = first, contracts(first)
+    width = arb(2) ** -(precision // 3)
+    part = contracts(width)
     while part is None and width > least:
         width /= 2**8
         part = contracts(width)
@@ -119,9 +116,11 @@ def _box(motion: AnyMotion, problem: dict[str, Any], precision: int) -> list[lis
 
 def _refined(orbit: Orbit, start: Array, sizes: Array, precision: int) -> list[arb]:
     """The solution near a motion, to working precision."""
-    z, scale = [arb(x) for x in start], [arb(s) for s in sizes]
-    goal, inverse, settles = arb(2) ** -(precision - _NARROWEST - 4), None, False
-    for step in range(_STEPS):
+    begin, scale = [arb(x) for x in start], [arb(s) for s in sizes]
+    z, goal = begin, arb(2) ** -(precision - _NARROWEST - 4)
+    inverse: list[arb_mat] | None = None
+    settles = False
+    for _ in range(_STEPS):
         try:
             if inverse is None or not settles:
                 inverse = near_inverse(orbit, z)
@@ -129,7 +128,7 @@ def _refined(orbit: Orbit, start: Array, sizes: Array, precision: int) -> list[a
         except (ValueError, ZeroDivisionError) as error:
             raise Undecided("Newton's method does not converge") from error
         z = [(x - dx).mid() for x, dx in zip(z, change, strict=True)]
-        moved = max(abs(x - y) / s for x, y, s in zip(z, map(arb, start), scale, strict=True))
+        moved = max(abs(x - y) / s for x, y, s in zip(z, begin, scale, strict=True))
         if not moved < _NEAR:
             raise Undecided("there is no solution near the motion")
         last = max(abs(dx) / s for dx, s in zip(change, scale, strict=True))
@@ -141,9 +140,7 @@ def _refined(orbit: Orbit, start: Array, sizes: Array, precision: int) -> list[a
 
 def times(columns: Sequence[arb_mat], vector: Sequence[arb]) -> list[arb]:
     """A matrix in columns of blocks times a vector."""
-    width = len(vector) // len(columns)
-    parts = (
-        block * arb_mat(width, 1, vector[k * width : (k + 1) * width])
-        for k, block in enumerate(columns)
-    )
-    return list(sum(parts, arb_mat(len(vector), 1)).entries())
+    width, total = len(vector) // len(columns), arb_mat(len(vector), 1)
+    for k, block in enumerate(columns):
+        total += block * arb_mat(width, 1, vector[k * width : (k + 1) * width])
+    return list(total.entries())

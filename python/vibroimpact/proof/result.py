@@ -51,7 +51,7 @@ class Disc:
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Box(FixedArrays):
+class ProofBox(FixedArrays):
     """Numbers with a bound of their error.
 
     Attributes
@@ -117,7 +117,7 @@ class Proof(FixedArrays, Shown):
     verdict: Literal["proved", "disproved", "undecided"]
     why: str
     label: str
-    box: Box | None = None
+    box: ProofBox | None = None
     unique_within: float = 0.0
     multipliers: tuple[Disc, ...] = ()
     stability: Literal["stable", "unstable", "undecided"] = "undecided"
@@ -140,7 +140,7 @@ class Proof(FixedArrays, Shown):
 
         Raises
         ------
-        StateError
+        ParameterError
             If the proof is undecided: there is nothing to write.
         OSError
             If it cannot be written.

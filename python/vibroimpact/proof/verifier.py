@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Literal
 
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, arb_series, fmpq
@@ -111,10 +111,15 @@ class Orbit:
     def blocks(self, k: int, flight: Flight) -> tuple[arb_mat, arb_mat]:
         """The blocks of DF of leg k: by its start and by its end, (2N + 1, 2N + 1) each."""
         width = flight.slopes.nrows()
-        sign = [[-1] * (width + 1)] * (width - 1) + [[1] * (width + 1)]
-        rows = [[a * b for a, b in zip(*two, strict=True)] for two in zip(sign, flight.slopes.tolist(), strict=True)]
-        ends = [[*(arb(int(i == j < width - 1)) for j in range(width - 1)), row[width]] for i, row in enumerate(rows)]
-        return arb_mat([row[:width] for row in rows]), arb_mat(ends)
+        *states, gap = flight.slopes.tolist()
+        rows = [*([-x for x in row] for row in states), gap]
+        # the next node is a state, and the time of the end
+        ends = arb_mat(width, width)
+        for i, row in enumerate(rows):
+            ends[i, width - 1] = row[width]
+            if i < width - 1:
+                ends[i, i] = 1
+        return arb_mat([row[:width] for row in rows]), ends
 
 
 def near_inverse(orbit: Orbit, z: Sequence[arb]) -> list[arb_mat]:
@@ -307,7 +312,7 @@ def multipliers(matrix: acb_mat) -> list[acb]:
     return found
 
 
-def stability(ascending: Sequence[acb]) -> str:
+def stability(ascending: Sequence[acb]) -> Literal["stable", "unstable", "undecided"]:
     """Where the zeros of a characteristic polynomial lie, by Schur (1917) and Cohn (1922).
 
     If |p_0| < |p_n| then p has one zero more in the unit circle than q = (p_n p - p_0 p*)/z, and as
