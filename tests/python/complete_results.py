@@ -307,3 +307,27 @@ def _(verification: vi.Verification) -> None:
         assert_finite(table["time"], name)
         assert not np.isnan(table["digits"]).any()
     assert verification.stopped
+
+
+@assert_complete.register
+def _(proof: vi.Proof) -> None:
+    assert proof.statement
+    if proof.verdict != "proved":
+        assert proof.why
+    if proof.verdict != "undecided":
+        assert proof.box is not None
+        assert_complete(proof.box)
+        assert_finite([proof.unique_within], "unique_within")
+    for disc in proof.multipliers:
+        assert_complete(disc)
+
+
+@assert_complete.register
+def _(box: vi.ProofBox) -> None:
+    assert_finite(box.center, "center")
+    assert_finite(box.radius, "radius")
+
+
+@assert_complete.register
+def _(disc: vi.Disc) -> None:
+    assert_finite([disc.center.real, disc.center.imag, disc.radius], repr(disc))

@@ -54,6 +54,20 @@ def grid_basins() -> vi.Basins:
 
 
 @cache
+def proof() -> vi.Proof:
+    """The proof of the motion."""
+    return vi.prove(motion())
+
+
+@cache
+def saved_proof() -> Path:
+    """The file of its certificate."""
+    path = folder() / "certificate.json"
+    proof().save(path)
+    return path
+
+
+@cache
 def region() -> vi.StabilityRegion:
     """A piece of the border of a region, a few points long."""
     plane = {"drive_frequency": (1.75, 1.85), "gap": (0.49, 0.51)}

@@ -229,6 +229,7 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"time": 1.0},
             _TIME | {"max_events": "whole number or none", "units": "object or none"},
         ),
+        "prove: structure": (vi.prove, {"motion": orbit()}, {"motion": "object"}),
         "verify: structure": (
             vi.verify,
             {

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from small_results import START, branch, grid_basins, motion, motions, region, run
+from small_results import START, branch, grid_basins, motion, motions, proof, region, run
 from struck import moving_run, orbit, small_diagram, spectrum
 from systems import PAPER, ROUGH
 from valid_calls import calls
@@ -67,6 +67,9 @@ def _results() -> dict[str, Any]:
         spectrum(),
         vi.Undecided(lo=0.0, hi=1.0, reason="a double root"),
         vi.Disagreement(event="impact", number=1, time=0.5, reason="digits"),
+        proof().box,
+        *proof().multipliers,
+        vi.ProofError("damaged"),
         vi.ParameterError("gap = nan"),
         vi.StateError("x1 = nan"),
         *(kind("at t = 1", run()) for kind in (vi.SimulationError, vi.ClusterError)),
@@ -80,6 +83,7 @@ def _results() -> dict[str, Any]:
         "search_motions",
         "bifurcation_curve",
         "verify",
+        "prove",
     )
     made += [CALLS[name]() for name in (*names, *more)]
     return {type(result).__name__: result for result in made}

@@ -125,6 +125,8 @@ ASKS = dict.fromkeys(LONG, 100_000) | {"impact_agreement": 50}
 # Serves a page until Ctrl-C, which is its usual end (test_explorer.py).
 SERVING = {"explore"}
 SHORT = {"impact", "impact_regimes", "periodic_motion", "load", "nonsmooth_mode"}
+# A proof is done or it is none.
+SHORT |= {"prove", "check_proof"}
 
 
 def test_every_function_of_the_package_is_long_or_short():

@@ -21,6 +21,7 @@ from small_results import (
     grid_basins,
     motion,
     motions,
+    proof,
     region,
     run,
     saddle,
@@ -67,8 +68,9 @@ def results() -> dict[str, object]:
         vi.chart(ROUGH, drive_frequency=spread, gap=[0.4, 0.5], **few),
         vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20),
         vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20, gap=[0.4, 0.5, 0.6]),
+        proof().box,
         *(made[name]() for name in ("impact_regimes", "impact_agreement", "Stop", "Structure")),
-        *(made[name]() for name in ("search_motions", "bifurcation_curve", "verify")),
+        *(made[name]() for name in ("search_motions", "bifurcation_curve", "verify", "prove")),
     ]
     return {f"{type(each).__name__} {number}": each for number, each in enumerate(shown)}
 
@@ -125,7 +127,7 @@ def test_every_public_result_is_shown():
     assert len(arrays | grids) > 12
     assert arrays | grids | {vi.Run, vi.System, vi.NotFound, vi.Branch} <= classes
     assert {cls for cls in classes if not hasattr(cls, "plot")} == {
-        *(vi.NotFound, vi.Stop, vi.StructureState)
+        *(vi.NotFound, vi.Stop, vi.StructureState, vi.Proof, vi.ProofBox)
     }
 
 

@@ -13,7 +13,19 @@ from pathlib import Path
 from typing import Any
 
 import vibroimpact as vi
-from small_results import START, branch, folder, grid_basins, motion, motions, region, run, saddle
+from small_results import (
+    START,
+    branch,
+    folder,
+    grid_basins,
+    motion,
+    motions,
+    proof,
+    region,
+    run,
+    saddle,
+    saved_proof,
+)
 from structure_calls import structure_calls
 from systems import PAPER, ROUGH
 from vibroimpact._core import PARAMETERS
@@ -441,6 +453,11 @@ def calls() -> dict[str, Call]:
             vi.Diagram.load(_path("diagram")).to_pandas,
             {"rows": "impact"},
             {"rows": "a word of a list"},
+        ),
+        "prove": Call(vi.prove, {"motion": motion()}, {"motion": "object"}),
+        "Proof.save": Call(proof().save, {"path": folder() / "proof.json"}, {"path": "path"}),
+        "check_proof": Call(
+            vi.check_proof, {"path": saved_proof()}, {"path": "path that is missing"}
         ),
         "load": Call(vi.load, {"path": _path("run")}, {"path": "path that is missing"}),
     }

@@ -95,7 +95,11 @@ def check_proof(path: str | os.PathLike[str]) -> Proof:
 
     Examples
     --------
-    >>> proof.save("motion.json")
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
+    >>> vi.prove(motion).save("motion.json")
     >>> vi.check_proof("motion.json")
     <Proof of 1-1: proved, stable>
     """

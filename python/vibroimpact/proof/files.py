@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from flint import acb, arb, ctx, fmpq
 
+from ..arguments import path as path_of
 from ..arguments import reject
 from ..errors import ProofError
 from ..whole_file import whole_file
@@ -107,6 +108,7 @@ def _disc(real: str, imag: str, radius: str) -> Disc:
 
 def write_proof(path: str | os.PathLike[str], proof: Proof) -> None:
     """Write a certificate to ``path``; the file appears complete or not at all."""
+    path = path_of("path", path)
     if proof.verdict == "undecided":
         reject("proof", proof, "one that shows something: this one is undecided")
     content = {"format": FORMAT, **proof.certificate, "statement": statement(proof)}
