@@ -14,18 +14,10 @@ from typing import Any, Literal
 from flint import acb, arb, ctx, fmpq
 
 from ..errors import ProofError
-from .formulas import Machine, Refuted, Undecided, plain, structure, two_bodies
+from .formulas import REGIMES, Machine, Refuted, Undecided, plain, structure, two_bodies
 from .verifier import Orbit, multipliers, only_zero, return_map, settled, show_motion, stability
 
 Verdict = Literal["proved", "disproved", "undecided"]
-REGIMES = (
-    "frictionless",
-    "slip",
-    "reversal_approach",
-    "reversal_restitution",
-    "stick_approach",
-    "stick_restitution",
-)
 LAWS = ("poisson", "newton", "energetic")
 _MATRICES = ("mass", "stiffness", "damping", "damping_ratios")
 SYMBOLS = (

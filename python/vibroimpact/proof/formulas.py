@@ -231,6 +231,11 @@ def _modal_damping(inner: fmpq_mat, ratios: Sequence[fmpq]) -> arb_mat:
     return total
 
 
+#: Regimes; in those of the first two lists slip stops, to stick, and in the approach.
+STICKS = ("stick_approach", "stick_restitution")
+IN_APPROACH = ("stick_approach", "reversal_approach")
+REGIMES = ("frictionless", "slip", "reversal_approach", "reversal_restitution", *STICKS)
+
 #: A number that must be positive, and what is wrong where it is negative.
 Condition: TypeAlias = tuple[arb, str]
 
@@ -266,7 +271,7 @@ def impact(
             shown += [(plain(rate), "slip grows"), (plain(sign * (s - k * impulse)), "slip stops")]
             tangential = -friction * impulse
         else:
-            sticks, in_approach = regime.startswith("stick"), regime.endswith("approach")
+            sticks, in_approach = regime in STICKS, regime in IN_APPROACH
             stopped = s / k  # P*
             # u at P*; at a wall at rest u and s vanish together, which counts as restitution
             together = stop.tip and n == 1

@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from ..showing import counted
+from .certificate import exact
 from .result import Proof
 
 #: Impacts, and rows of matrices, that are printed.
@@ -76,8 +77,8 @@ def _complex(number: complex) -> str:
 
 def _number(text: str) -> str:
     """The shortest decimal of a double; another number as the certificate has it."""
-    mantissa, exponent = text.split("p")
-    value = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+    number = exact(text)
+    value = Fraction(int(number.p), int(number.q))
     return repr(float(value)) if Fraction(float(value)) == value else text
 
 
