@@ -27,8 +27,9 @@ Number: TypeAlias = Any
 
 def plain(x: Number) -> arb:
     """Without derivative."""
-    found: arb = x[0] if isinstance(x, arb_series) else x
-    return found
+    while not isinstance(x, arb):
+        x = x[0]
+    return x
 
 
 def slope_of(x: Number) -> arb:
@@ -83,12 +84,12 @@ class Stop:
 class Machine:
     """Between impacts w = (q, v, 1, cos psi, sin psi) obeys w' = G w, psi = omega t + phase.
 
-    `moving` is the derivative of G by a parameter, of which the other numbers are series; or None.
+    `moving`: G with series as entries where it depends on a parameter that is one; or None.
     """
 
     size: int
     generator: arb_mat
-    moving: arb_mat | None
+    moving: list[list[Number]] | None
     inverse_mass: list[list[Number]]
     stops: list[Stop]
     law: str
@@ -109,17 +110,6 @@ class Machine:
     def flow(self, time: arb) -> arb_mat:
         """exp(time G): that of the midpoint times that of the rest, which is short."""
         return _exp(self.generator, time)
-
-    def moved_flow(self, time: arb) -> arb_mat:
-        """Its derivative by the parameter: part of the exponential of (G G'; 0 G)."""
-        size, g = self.generator.nrows(), self.generator
-        both = arb_mat(2 * size, 2 * size)
-        for i in range(size):
-            for j in range(size):
-                both[i, j] = both[size + i, size + j] = g[i, j]
-                both[i, size + j] = self.moving[i, j] if self.moving is not None else arb(0)
-        flow = _exp(both, time)
-        return arb_mat([[flow[i, size + j] for j in range(size)] for i in range(size)])
 
     def step(self, halvings: int, sign: int = 1, *, up_to: bool = False) -> arb_mat:
         """exp(s G) for s = +-2^-halvings, or for all s from 0 up to there."""
@@ -159,10 +149,9 @@ def machine_of(
         for _ in range(2):
             rows.append([dot(rows[-1], column) for column in columns])
         made.append(Stop(rows, tangent, restitution, friction, tip))
-    slopes = [[slope_of(x) for x in row] for row in g]
     moves = any(isinstance(x, arb_series) for row in g for x in row)
     sharp = arb_mat([[plain(x) for x in row] for row in g])
-    return Machine(n, sharp, arb_mat(slopes) if moves else None, inverse, made, law, omega, phase)
+    return Machine(n, sharp, g if moves else None, inverse, made, law, omega, phase)
 
 
 def two_bodies(
@@ -219,7 +208,7 @@ def _modal_damping(inner: fmpq_mat, ratios: Sequence[fmpq]) -> arb_mat:
     total, one = arb_mat(n, n), arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
     found: Any = inner.charpoly().complex_roots()
     roots = [(root.real, count) for root, count in found]
-    roots.sort(key=lambda pair: float(pair[0]))
+    roots.sort(key=lambda pair: pair[0].mid())  # they do not overlap
     for i, (root, count) in enumerate(roots):
         (ratio,) = set(ratios[place : place + count])  # equal where frequencies are
         place += count

@@ -1,8 +1,7 @@
 """Verify the certificate of a proof: a periodic motion exists, is alone near by, and is stable.
 
-All that a proof rests on is here, in formulas.py and in python-flint's balls. The unknowns z are
-the nodes: state (q, v) just after each impact, and its time t. Leg k, a flight phi to an impact R,
-asks for
+The unknowns z are the nodes: state (q, v) just after each impact, and its time t. Leg k, a flight
+phi to an impact R, asks for
 
     (q, v)_{k+1} - R(phi((q, v)_k, t_k, t_{k+1})) = 0,   g(phi(...)) = 0,   t_n = t_0 + m T.   (F)
 
@@ -13,6 +12,8 @@ asks for
 2. It is a motion. At the zero: flight times and approach velocities are positive, the inequalities
    of each regime hold strictly (section 4), and no flight meets a stop before its end (section 13).
 3. It is stable, or not: multipliers of the return map (section 7), from DF.
+
+A comparison of balls is True only where it holds of all numbers in them.
 """
 
 from __future__ import annotations
@@ -24,8 +25,11 @@ from typing import Literal
 
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, arb_series, fmpq
+from numpy.typing import NDArray
 
 from .formulas import Condition, Machine, Number, Refuted, Undecided, impact, plain, slope_of
+
+Stability = Literal["stable", "unstable", "undecided"]
 
 #: Halvings of a piece of a flight, and pieces of one flight.
 _DEEPEST, _MOST_PIECES = 100, 20_000
@@ -35,10 +39,9 @@ _NARROWER = 8
 
 @dataclass(frozen=True)
 class Flight:
-    """A flight between nodes and the impact at its end, over a box.
+    """A flight and the impact at its end, over a box: the state `after` it, and the gap at it.
 
-    `after`: the state after the impact, and the gap at it. `slopes`, (2N + 1, 2N + 2): their
-    derivatives by q, v, t of the start and t of the end. `conditions` must be positive.
+    `slopes`, (2N + 1, 2N + 2): derivatives of `after` by the node of the start and t of the end.
     """
 
     start: arb_mat
@@ -129,20 +132,24 @@ def near_inverse(orbit: Orbit, z: Sequence[arb]) -> list[arb_mat]:
     try:
         for k, flight in enumerate(orbit.flights(z)):
             for block, place in zip(orbit.blocks(k, flight), (k, (k + 1) % count), strict=True):
-                numbers = [float(x.mid()) for x in block.entries()]
-                matrix[k, :, place] += np.reshape(numbers, (width, width))
+                matrix[k, :, place] += _rounded(block)
         inverse = np.linalg.inv(matrix.reshape(len(z), len(z)))
         return [arb_mat(part.tolist()) for part in np.split(inverse, count, axis=1)]
     except (np.linalg.LinAlgError, ValueError, ZeroDivisionError) as error:
         raise Undecided("the equations are singular") from error
 
 
+def _rounded(matrix: arb_mat) -> NDArray[np.float64]:
+    numbers = np.array([float(x.mid()) for x in matrix.entries()])
+    return numbers.reshape(matrix.nrows(), matrix.ncols())
+
+
 def krawczyk(orbit: Orbit, box: Sequence[arb], near: Sequence[arb_mat]) -> list[arb]:
     """K(Z) of a box, whether or not it lies inside, with A = `near`."""
     centre, count, size = [x.mid() for x in box], len(near), len(box)
     width = size // count
-    residual = orbit.residual(centre)
     try:
+        residual = orbit.residual(centre)
         blocks = [orbit.blocks(k, flight) for k, flight in enumerate(orbit.flights(box))]
     except (ValueError, ZeroDivisionError) as error:
         raise Undecided("a divisor may be 0 in the box") from error
@@ -164,13 +171,7 @@ def inside(inner: Iterable[arb], outer: Iterable[arb]) -> bool:
 
 
 def only_zero(orbit: Orbit, box: Sequence[arb]) -> list[arb]:
-    """A small box that holds the only zero in a box.
-
-    Raises
-    ------
-    Refuted : there is none
-    Undecided : that is not shown
-    """
+    """A small box that holds the only zero in a box; raises Refuted if there is none."""
     near = near_inverse(orbit, [x.mid() for x in box])
     image = krawczyk(orbit, box, near)
     if any(not x.overlaps(y) for x, y in zip(image, box, strict=True)):
@@ -186,13 +187,7 @@ def only_zero(orbit: Orbit, box: Sequence[arb]) -> list[arb]:
 
 
 def show_motion(orbit: Orbit, flights: Sequence[Flight]) -> None:
-    """Show that a zero of F, over whose box these are the flights, is a motion.
-
-    Raises
-    ------
-    Refuted : it is none
-    Undecided : that is not shown
-    """
+    """Show that a zero, over whose box these are the flights, is a motion, or raise."""
     for k, flight in enumerate(flights):
         for number, wrong in flight.conditions:
             if number < 0:
@@ -201,6 +196,17 @@ def show_motion(orbit: Orbit, flights: Sequence[Flight]) -> None:
                 raise Undecided(f"leg {k + 1}: it is open whether {wrong}")
     for k, flight in enumerate(flights):
         _Flying(orbit, k, flight).show()
+
+
+def show_shortest(orbit: Orbit, box: Sequence[arb]) -> None:
+    """Show that the motion does not repeat earlier, after a p-th part of its legs and periods."""
+    count, width = len(orbit.legs), 2 * orbit.machine.size + 1
+    states = [box[k * width : (k + 1) * width - 1] for k in range(count)]
+    both = math.gcd(count, orbit.m)
+    for part in (count // p for p in range(2, both + 1) if both % p == 0):
+        later = [*states[part:], *states[:part]]
+        if all(all(map(arb.overlaps, *two)) for two in zip(states, later, strict=True)):
+            raise Undecided("it may repeat earlier")
 
 
 class _Flying:
@@ -290,14 +296,14 @@ def return_map(flights: Sequence[Flight]) -> arb_mat:
 
 def settled(matrix: arb_mat) -> acb_mat:
     """A similar matrix, nearly diagonal where that is possible: it has narrower discs."""
-    numbers = np.array([float(x.mid()) for x in matrix.entries()]).reshape(matrix.nrows(), -1)
+    numbers = _rounded(matrix)
     if not np.isfinite(numbers).all():
         raise Undecided("the derivative of the return map is not bounded")
-    vectors = np.linalg.eig(numbers)[1]  # any regular matrix will do
     try:
+        vectors = np.linalg.eig(numbers)[1]  # any regular matrix will do
         basis = acb_mat([[acb(x.real, x.imag) for x in row] for row in vectors.tolist()])
         return basis.solve(acb_mat(matrix) * basis)
-    except ZeroDivisionError:
+    except (ZeroDivisionError, np.linalg.LinAlgError):
         return acb_mat(matrix)
 
 
@@ -308,11 +314,14 @@ def multipliers(matrix: acb_mat) -> list[acb]:
     except ValueError as error:
         raise Undecided("multipliers too close to each other to tell apart") from error
     found.sort(key=lambda x: (-round(float(abs(x).upper()), 12), -float(x.imag.mid())))
-    found.remove(next(x for x in reversed(found) if x.contains(0)))
+    zeros = [x for x in found if x.contains(0)]
+    if len({(str(x.real), str(x.imag)) for x in zeros}) != 1:
+        raise Undecided("a multiplier too close to 0 to tell it apart")
+    found.remove(zeros[0])
     return found
 
 
-def stability(ascending: Sequence[acb]) -> Literal["stable", "unstable", "undecided"]:
+def stability(ascending: Sequence[acb]) -> Stability:
     """Where the zeros of a characteristic polynomial lie, by Schur (1917) and Cohn (1922).
 
     If |p_0| < |p_n| then p has one zero more in the unit circle than q = (p_n p - p_0 p*)/z, and as
