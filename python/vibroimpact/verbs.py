@@ -40,11 +40,13 @@ Verb = Literal[
     "run_of_cell",
     "run_of_point",
     "run_of_start",
+    "solutions_statement",
     "structure_run",
     "write_basins",
     "write_branch",
     "write_motion",
     "write_proof",
+    "write_solutions_proof",
 ]
 
 VERBS: Final[dict[Verb, str]] = {
@@ -72,11 +74,13 @@ VERBS: Final[dict[Verb, str]] = {
     "run_of_cell": "sweeps.cell_runs:run_of_cell",
     "run_of_point": "sweeps.cell_runs:run_of_point",
     "run_of_start": "sweeps.basins.cell_runs:run_of_start",
+    "solutions_statement": "proof.solutions_files:solutions_statement",
     "structure_run": "structure_run:StructureRun",
     "write_basins": "sweeps.basins.files:write_basins",
     "write_branch": "orbits.branch_files:write_branch",
     "write_motion": "orbits.files:write_motion",
     "write_proof": "proof.files:write_proof",
+    "write_solutions_proof": "proof.solutions_files:write_solutions_proof",
 }
 
 

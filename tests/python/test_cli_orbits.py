@@ -97,7 +97,8 @@ def test_undecided_intervals_are_printed(run_command, monkeypatch):
     def with_undecided(system, n, within):
         part = vi.Undecided(lo=0.1, hi=0.2, reason="a double root")
         found = whole(system, n, within=within)
-        kept = {name: getattr(found, name) for name in ("motions", "boxes", "within", "bounded")}
+        names = ("system", "n", "motions", "boxes", "within", "bounded")
+        kept = {name: getattr(found, name) for name in names}
         return vi.PeriodicMotions(**kept, undecided=(part,), note="")
 
     monkeypatch.setattr(command, "periodic_motions", with_undecided)

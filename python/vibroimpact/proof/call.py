@@ -9,6 +9,7 @@ from ..arguments import reject
 from ..extras import missing
 from ..interruption import interruptible
 from ..orbits.motion import PeriodicMotion
+from ..single_impact.results import PeriodicMotions
 from ..structure_motion import StructureOrbit
 from .result import Proof
 
@@ -59,6 +60,11 @@ def prove(motion: PeriodicMotion | StructureOrbit) -> Proof:
     >>> vi.prove(motion)
     <Proof of 1-1: proved, stable>
     """
+    if isinstance(motion, PeriodicMotions):
+        _need_flint()
+        from .solutions_files import all_proved
+
+        return all_proved(motion)
     if not isinstance(motion, (PeriodicMotion, StructureOrbit)):
         reject("motion", motion, "a PeriodicMotion, or a motion of a Structure")
     _need_flint()
@@ -105,6 +111,6 @@ def check_proof(path: str | os.PathLike[str]) -> Proof:
     """
     path = path_of("path", path)
     _need_flint()
-    from .files import read_proof
+    from .reading import read_proof
 
     return read_proof(path)

@@ -21,11 +21,12 @@ AnyMotion = PeriodicMotion | StructureOrbit
 def machine_in_text(motion: AnyMotion) -> dict[str, Any]:
     """The machine of a motion, as certificates write it."""
     if isinstance(motion, PeriodicMotion):
-        return _two_bodies(motion.system, rests=motion.wall_at_rest)
+        return two_bodies_in_text(motion.system, rests=motion.wall_at_rest)
     return _structure(motion.system)
 
 
-def _two_bodies(system: System, *, rests: bool) -> dict[str, Any]:
+def two_bodies_in_text(system: System, *, rests: bool) -> dict[str, Any]:
+    """The two bodies, as certificates write them."""
     return {
         "kind": "two bodies",
         "contact": system.contact,

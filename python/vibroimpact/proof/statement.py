@@ -27,7 +27,7 @@ def statement(proof: Proof) -> str:
     if proof.verdict == "undecided":
         return f"Nothing is shown of the {proof.label} motion: {proof.why}."
     given, within = proof.certificate, _down(proof.unique_within)
-    machine = _machine(given["machine"])
+    machine = machine_sentence(given["machine"])
     count = counted(len(given["legs"]), "impact")
     periods = counted(given["m"], "drive period")
     if proof.verdict == "disproved":
@@ -82,7 +82,8 @@ def _number(text: str) -> str:
     return repr(float(value)) if Fraction(float(value)) == value else text
 
 
-def _machine(given: Mapping[str, Any]) -> str:
+def machine_sentence(given: Mapping[str, Any]) -> str:
+    """Which machine a theorem is about."""
     law = "the energetic law" if given["law"] == "energetic" else f"{given['law'].title()}'s law"
     if given["kind"] == "two bodies":
         numbers = ", ".join(f"{name} = {_number(x)}" for name, x in given["numbers"].items())

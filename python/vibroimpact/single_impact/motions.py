@@ -91,7 +91,8 @@ def periodic_motions(
         limits = (-reach.bound, reach.bound)
     else:
         bounded = bounded and limits[0] <= -reach.bound and reach.bound <= limits[1]
-    common: dict[str, Any] = {"within": limits, "bounded": bounded, "note": reach.note}
+    common: dict[str, Any] = {"system": system, "n": n, "within": limits}
+    common |= {"bounded": bounded, "note": reach.note}
     if reach.empty:
         return PeriodicMotions(motions=(), boxes=np.empty((0, 2)), undecided=(), **common)
     motions: list[PeriodicMotion] = []

@@ -59,6 +59,8 @@ class PeriodicMotions(Shown, Sequence[PeriodicMotion]):
 
     Attributes
     ----------
+    system, n
+        The system, and the drive periods of its motions.
     motions
         The solutions, admissible or not.
     boxes
@@ -83,6 +85,8 @@ class PeriodicMotions(Shown, Sequence[PeriodicMotion]):
     (12, True)
     """
 
+    system: System
+    n: int
     motions: tuple[PeriodicMotion, ...]
     boxes: Array
     undecided: tuple[Undecided, ...]
