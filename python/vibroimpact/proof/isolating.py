@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
-from flint import arb, ctx, fmpq
+from flint import arb, arb_mat, arb_series, ctx, fmpq
 
 from ..orbits.motion import PeriodicMotion
+from ..single_impact.motions import motion_at
 from ..single_impact.results import PeriodicMotions, Undecided
 from .all_solutions import OneImpact, ball, conditions_in
 from .files import text
@@ -23,6 +25,9 @@ _WIDE, _NARROW, _FIRST, _LEAST = 2**-3, 2**-44, 2**-3, fmpq(1, 2**40)
 #: Intervals that are looked at.
 _MOST = 200_000
 
+#: Steps of Newton's method.
+_STEPS = 12
+
 Interval = tuple[fmpq, fmpq]
 
 
@@ -34,13 +39,17 @@ def posed_of(motions: PeriodicMotions) -> dict[str, Any]:
     return {"machine": machine, "n": motions.n, "precision": _PRECISION}
 
 
-def search(motions: PeriodicMotions) -> tuple[dict[str, Any], list[Proof], list[Undecided]]:
-    """A certificate without claims, the proofs of its motions, and what is left open, with why."""
-    posed, proofs = posed_of(motions), [proved(motion) for motion in motions]
+def search(
+    motions: PeriodicMotions, proofs: list[Proof]
+) -> tuple[dict[str, Any], list[Undecided]]:
+    """A certificate without its motions, whose proofs are put into `proofs`, and what is open."""
+    posed = posed_of(motions)
     with ctx.workprec(_PRECISION):
         equations = conditions_in(posed)
+        known = [*motions, *_missed(motions, equations)]
+        known.sort(key=lambda motion: motion.state[0])
         low, high = _range(motions, equations)
-        around, left = _around(equations, motions, low, high)
+        around, left = _around(equations, known, low, high)
         cuts: list[fmpq] = [low]
         holds: list[list[int]] = []
         for begin, end, inner in [*around, (high, high, [])]:
@@ -52,13 +61,42 @@ def search(motions: PeriodicMotions) -> tuple[dict[str, Any], list[Proof], list[
             if begin < end:
                 cuts.append(end)
                 holds.append(inner)
-    left += [
-        _open(x := rational(motion.state[0]), x, proof.why)
-        for motion, proof in zip(motions, proofs, strict=True)
-        if proof.verdict == "undecided"
-    ]
-    posed |= {"cuts": [text(x) for x in cuts], "holds": holds}
-    return posed, proofs, left
+    for motion in known:
+        proofs.append(proved(motion))
+        if proofs[-1].verdict == "undecided":
+            x = rational(motion.state[0])
+            left.append(_open(x, x, proofs[-1].why))
+    return posed | {"cuts": [text(x) for x in cuts], "holds": holds}, left
+
+
+def _missed(motions: PeriodicMotions, equations: OneImpact) -> list[PeriodicMotion]:
+    """Solutions in intervals that double precision leaves open, where Newton's method finds them."""
+    found = []
+    for part in [] if equations.rests else motions.undecided:
+        x = arb((part.lo + part.hi) / 2)
+        for _ in range(_STEPS):
+            wide = equations.equation(arb_series([x, 1], 2))
+            x = (x - wide[0] / wide[1]).mid() if wide[1] != 0 else x
+        state = _before(equations, x)
+        near = abs(float(x) - part.lo) <= 2 * (part.hi - part.lo) + 2**-40
+        if near and all(map(math.isfinite, state)):
+            found.append(motion_at(motions.system, motions.n, state))
+    return found
+
+
+def _before(equations: OneImpact, x: arb) -> tuple[float, float, float, float]:
+    """x1, v1, v2 and the phase before the impact of the solution at a zero of F; NaN if open."""
+    (d, c, s), body = equations.parts(x), equations.bodies[0]
+    cosine, sine, kappa = c / d, s / d, x.cos() if equations.tip else arb(1)
+    place, speed = (body.drive * arb_mat([[cosine], [sine]]) + body.load).entries()
+    v = (place - body.keeps[0, 0] * x) / body.keeps[0, 1]
+    kick = speed - body.keeps[1, 0] * x - body.keeps[1, 1] * v
+    mbar, impulse = equations.number["mbar"], kick / kappa
+    w = kappa * v + equations.rho * (mbar + kappa**2) * impulse
+    phase = math.atan2(float(sine.mid()), float(cosine.mid()))
+    before = (x, v + kick, w - mbar * impulse)
+    x1, v1, v2 = (float(number.mid()) for number in before)
+    return x1, v1, v2, phase
 
 
 def rational(number: float) -> fmpq:
@@ -72,7 +110,7 @@ def _open(low: fmpq, high: fmpq, why: str) -> Undecided:
 
 def _range(motions: PeriodicMotions, equations: OneImpact) -> Interval:
     """What was searched, and all of it if there is a bound."""
-    low, high = map(exact_number, motions.within)
+    low, high = map(rational, motions.within)
     reach = equations.reach()
     if motions.bounded and reach is not None:
         # a little beyond, in few bits
@@ -100,7 +138,8 @@ def _around(
     ordered = sorted(places)
     for i, x in enumerate(ordered):
         room = min([abs(x - y) for y in ordered[max(0, i - 1) : i + 2] if y != x], default=1.0) / 2
-        width = min(_WIDE, room * 0.9)
+        # where a wall is met, but no solution is found, the discriminant must be negative
+        width = min(_WIDE if places[x] else _NARROW * 2**10, room * 0.9)
         while width > _NARROW:
             begin, end = (rational(x + sign * width) for sign in (-1, 1))
             begin, end = max(begin, low), min(end, high)

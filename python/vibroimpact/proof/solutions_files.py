@@ -10,7 +10,7 @@ from typing import Any
 from flint import arb, ctx
 
 from ..arguments import reject
-from ..errors import ProofError
+from ..errors import Interrupted, ProofError
 from ..showing import counted
 from ..single_impact.results import PeriodicMotions, Undecided
 from ..whole_file import whole_file
@@ -34,13 +34,19 @@ def all_proved(motions: PeriodicMotions) -> SolutionsProof:
     system = motions.system
     if system.law == "paper":
         return _undecided(motions, [], [], "the law of the paper is not proved with")
-    if motions.undecided or motions.note.startswith(("no isolated", "no solutions")):
-        why = motions.note or motions.undecided[0].reason
-        return _undecided(motions, [], list(motions.undecided), why)
+    if motions.note.startswith(("no isolated", "no solutions")):
+        return _undecided(motions, [], [], motions.note)
+    proofs: list[Proof] = []
     try:
-        posed, proofs, left = search(motions)
+        posed, left = search(motions, proofs)
     except NotShown as reason:
-        return _undecided(motions, [], [], str(reason))
+        return _undecided(motions, proofs, [], str(reason))
+    except KeyboardInterrupt:
+        raise Interrupted(
+            "interrupted",
+            _undecided(motions, proofs, [], "interrupted"),
+            holds=f"the proofs of {len(proofs)} solutions",
+        ) from None
     if left:
         return _undecided(motions, proofs, left, f"{left[0].reason}, x1 near {left[0].lo:.6g}")
     posed["orbits"] = [

@@ -110,7 +110,7 @@ class SolutionsProof(Shown):
 
         Raises
         ------
-        StateError
+        ParameterError
             If the proof is undecided: there is nothing to write.
         OSError
             If it cannot be written.
