@@ -64,7 +64,7 @@ if TYPE_CHECKING:
         switch_branch,
         unstable_manifold,
     )
-    from .proof import Disc, Proof, ProofBox, check_proof, prove
+    from .proof import Disc, Proof, ProofBox, SolutionsProof, check_proof, prove
     from .run_in_si import RunInSI
     from .single_impact import MotionMap, PeriodicMotions, Undecided, periodic_motions
     from .single_impact.motion_map import motion_map
@@ -106,7 +106,7 @@ else:
             periodic_motion search_motions stability_region switch_branch unstable_manifold
         """,
         "plot": "",
-        "proof": "Disc Proof ProofBox check_proof prove",
+        "proof": "Disc Proof ProofBox SolutionsProof check_proof prove",
         "run_in_si": "RunInSI",
         "single_impact": """
             MotionMap PeriodicMotions Undecided motion_map periodic_motions
@@ -185,6 +185,7 @@ __all__ = [
     "RunInSI",
     "Scales",
     "SimulationError",
+    "SolutionsProof",
     "StabilityRegion",
     "StateError",
     "Stop",

@@ -1,29 +1,29 @@
-"""Verify that certain motions of n drive periods with one impact, without friction, are all.
+"""Verify that motions of n drive periods with one impact, without friction, are all there are.
 
 Just after the impact x1 and x2 = y = sigma(x1) - delta have velocities V and W; P is the impulse,
 psi the phase, kappa = sigma', sigma the sine or, in direct contact, the identity. Flights of n
-periods, x(nT) = A11 x + A12 V + a . (cos psi, sin psi) + h and so on (B, b for body 2), and Newton's
-law, rho = r/(1 + r), ask for
+periods, x1 -> A11 x1 + A12 V + a z + h and so on, with z = (cos psi, sin psi), and B, b, k for
+body 2, and Newton's law of impact, with rho = r/(1 + r), give
 
-    - A12 V                 - a . (cos psi, sin psi)   = h  - (1 - A11) x1
-    (1 - A22) V + kappa P   - a'. (cos psi, sin psi)   = h' + A21 x1
-    - B12 W                 - b . (cos psi, sin psi)   = k  - (1 - B11) y                        (L)
-    (1 - B22) W - mbar P    - b'. (cos psi, sin psi)   = k' + B21 y
-    kappa V - W + rho (mbar + kappa^2) P               = 0.
+    - A12 V                - a z  = h  - (1 - A11) x1
+    (1 - A22) V + kappa P  - a' z = h' + A21 x1
+    - B12 W                - b z  = k  - (1 - B11) y                                            (L)
+    (1 - B22) W - mbar P   - b' z = k' + B21 y
+    kappa V - W + rho (mbar + kappa^2) P = 0.
 
-At a given x1 they are linear, with a determinant D and Cramer's numerators Nc, Ns of cos psi and
-sin psi. Since D cos psi = Nc and D sin psi = Ns, each solution has
+At a given x1 they are linear, with a determinant D and Cramer's numerators Nc, Ns of z. Since
+D cos psi = Nc and D sin psi = Ns, each solution has
 
     F(x1) = Nc^2 + Ns^2 - D^2 = 0.
 
 1. An interval of x1 over which F has no zero holds no solution.
-2. One over which F' has no zero holds one zero of F at most. If a solution lies in it, and D is not
-   0 there, that is the only one. Whether it is a motion tells its own certificate.
+2. One over which F' has no zero holds at most one zero of F. If it holds a solution, and D is not 0
+   there, that is the only one. Whether it is a motion, its own certificate tells.
 3. A bound of |x1| (`reach`) tells that no solution lies outside.
 
-A wall at rest (mbar = f2 = 0) is met where sin x1 or x1 is delta + c2, and nowhere else. There, with
-J = kappa P and V = -rho J, the first two of (L) give (cos psi, sin psi) = c + d J; so that
-|c + d J|^2 = 1 has two solutions at most, and none if its discriminant is negative.
+A wall at rest (mbar = f2 = 0) is met where sigma(x1) = delta + c2, and F stands for the difference.
+There J = kappa P and V = -rho J, and the first two of (L) give z = c + d J; |c + d J|^2 = 1 has two
+solutions at most, and none if its discriminant is negative.
 """
 
 from __future__ import annotations
@@ -31,235 +31,189 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 from flint import arb, arb_mat, arb_poly, arb_series, ctx, fmpq
 
 from ..errors import ProofError
-from .certificate import Finding, balls, examine, machine_in, numbers
-from .formulas import Machine, Number, Undecided, plain, slope_of
+from .certificate import Finding, balls, balls_of, examine, machine_in, numbers
+from .formulas import Number, Undecided, slope_of
 from .verifier import inside
+
 
 @dataclass(frozen=True)
 class Body:
-    """A body in a flight of n periods: rows of (L), and what periodicity makes of a kick.
-
-    `keeps` = 1 - A, (2, 2); `drive`, (2, 2), by cos psi and sin psi; `load` = (h, h').
-    """
+    """Flights of a body: `keeps` = 1 - A, `drive` = (a; a'), `load` = (h; h')."""
 
     keeps: arb_mat
     drive: arb_mat
     load: arb_mat
 
-    @cached_property
-    def solved(self) -> tuple[arb_mat, arb_mat, arb_mat] | None:
-        """(x, V) = R drive . (cos psi, sin psi) + R load - R (0, kick), R = 1/keeps; None if none."""
+    def steady(self) -> tuple[arb, arb, arb, arb] | None:
+        """(x, V) = (p, p') - (b, b') kick: bounds of |p|, |p'| over all phases; b, b'."""
         try:
             inverse = self.keeps.inv()
         except ZeroDivisionError:
             return None
-        return inverse * self.drive, inverse * self.load, inverse * arb_mat([[0], [1]])
-
-
-def largest(row: Sequence[arb], load: arb) -> arb:
-    """The most that |row . (cos psi, sin psi) + load| can be."""
-    return (row[0] ** 2 + row[1] ** 2).sqrt() + abs(load)
+        by_z, load = (inverse * self.drive).tolist(), (inverse * self.load).entries()
+        size, speed = ((by_z[i][0] ** 2 + by_z[i][1] ** 2).sqrt() + abs(load[i]) for i in (0, 1))
+        return size, speed, inverse[0, 1], inverse[1, 1]
 
 
 @dataclass(frozen=True)
 class OneImpact:
-    """The conditions (L) of a machine of two bodies without friction."""
+    """The conditions (L): numbers by their symbols, oblique contact, the bodies that move."""
 
-    machine: Machine
-    n: int
     number: Mapping[str, arb]
-
-    def __post_init__(self) -> None:
-        if not all(stop.friction.is_zero() for stop in self.machine.stops):
-            raise ProofError("friction")
+    oblique: bool
+    bodies: tuple[Body, ...]
 
     @property
-    def tip(self) -> bool:
-        """Whether the contact is oblique."""
-        return self.machine.stops[0].tip
-
-    @property
-    def rests(self) -> bool:
+    def wall_rests(self) -> bool:
         """Whether body 2 is a wall at rest."""
-        return self.machine.size == 1
-
-    @cached_property
-    def bodies(self) -> list[Body]:
-        """The bodies that move."""
-        size = self.machine.size
-        flow, found = self.machine.flow(self.machine.period * self.n), []
-        for i in range(size):
-            rows = (i, size + i)
-            keeps = arb_mat([[int(a == b) - flow[a, b] for b in rows] for a in rows])
-            drive = arb_mat([[flow[a, 2 * size + j] for j in (1, 2)] for a in rows])
-            found.append(Body(keeps, drive, arb_mat([[flow[a, 2 * size]] for a in rows])))
-        return found
-
-    @property
-    def rho(self) -> arb:
-        """r/(1 + r)."""
-        return self.number["r"] / (1 + self.number["r"])
+        return len(self.bodies) == 1
 
     @cached_property
     def determinants(self) -> tuple[arb_poly, ...]:
-        """D; then of Nc, and of Ns, the factors of x1 and y, and what is without: by kappa."""
-        one, two, kappa, mbar = *self.bodies, arb_poly([0, 1]), self.number["mbar"]
-        by_p = [kappa, -mbar, self.rho * (kappa * kappa + mbar)]
-        if mbar.is_zero():  # kappa P is the unknown: P does not act on body 2
-            by_p = [arb_poly([1]), arb(0), self.rho * kappa]
-        zero = [arb(0)] * 2
-        columns = [
+        """D; then of Nc, and of Ns, the factors of x1 and y, and the rest: polynomials of kappa."""
+        (one, two), zero = self.bodies, [arb(0)] * 2
+        kappa, mbar, rho = arb_poly([0, 1]), self.number["mbar"], self.number["rho"]
+        by_p: list[Any] = [arb(0), kappa, arb(0), -mbar, rho * (kappa * kappa + mbar)]
+        if mbar.is_zero():  # kappa P is the unknown
+            by_p = [arb(0), arb(1), arb(0), arb(0), rho * kappa]
+        columns: list[list[Any]] = [
             [one.keeps[0, 1], one.keeps[1, 1], *zero, kappa],
             [*zero, two.keeps[0, 1], two.keeps[1, 1], arb(-1)],
-            [arb(0), by_p[0], arb(0), by_p[1], by_p[2]],
-            *([*(-body.drive[i, j] for body in (one, two) for i in (0, 1)), arb(0)] for j in (0, 1)),
+            by_p,
+            *([*(-body.drive[i, j] for body in (one, two) for i in (0, 1)), 0] for j in (0, 1)),
         ]
-        sides = [
-            [-one.keeps[0, 0], -one.keeps[1, 0], *zero, arb(0)],
-            [*zero, -two.keeps[0, 0], -two.keeps[1, 0], arb(0)],
-            [*one.load.entries(), *two.load.entries(), arb(0)],
+        sides: list[list[Any]] = [
+            [-one.keeps[0, 0], -one.keeps[1, 0], *zero, 0],
+            [*zero, -two.keeps[0, 0], -two.keeps[1, 0], 0],
+            [*one.load.entries(), *two.load.entries(), 0],
         ]
-        found = [determinant(columns)]
-        for place in (3, 4):
-            for side in sides:
-                found.append(determinant([*columns[:place], side, *columns[place + 1 :]]))
-        return tuple(found)
+        cosine = [determinant([*columns[:3], side, columns[4]]) for side in sides]
+        sine = [determinant([*columns[:4], side]) for side in sides]
+        return (determinant(columns), *cosine, *sine)
 
     def parts(self, x: Number) -> tuple[Number, Number, Number]:
         """D, Nc and Ns at x1 = x."""
-        d, *others = self.determinants
-        y = (x.sin() if self.tip else x) - self.number["delta"]
-        kappa = x.cos() if self.tip else arb(1)
-
-        def at(q: arb_poly) -> Number:
-            return q[0] + kappa * (q[1] + kappa * q[2])
-
-        p, q, s, p2, q2, s2 = map(at, others)
-        return at(d), x * p + y * q + s, x * p2 + y * q2 + s2
+        y = (x.sin() if self.oblique else x) - self.number["delta"]
+        kappa = x.cos() if self.oblique else arb(1)
+        d, p, q, s, p2, q2, s2 = (a[0] + kappa * (a[1] + kappa * a[2]) for a in self.determinants)
+        return d, x * p + y * q + s, x * p2 + y * q2 + s2
 
     def equation(self, x: Number) -> Number:
-        """F; of a wall at rest its gap."""
-        if self.rests:
-            return (x.sin() if self.tip else x) - self.number["delta"] - self.number["c2"]
-        d, c, s = self.parts(x)
-        return c * c + s * s - d * d
+        """F."""
+        if self.wall_rests:
+            return (x.sin() if self.oblique else x) - self.number["delta"] - self.number["c2"]
+        d, cosine, sine = self.parts(x)
+        return cosine * cosine + sine * sine - d * d
 
-    def excludes(self, x: arb) -> bool:
-        """Whether F has no zero over a ball, by its value or by F(m) + F'(x)(x - m)."""
-        wide = self.equation(arb_series([x, 1], 2))
-        if plain(wide) > 0 or plain(wide) < 0:
-            return True
-        value = self.equation(x.mid()) + slope_of(wide) * (x - x.mid())
-        return bool(value > 0 or value < 0)
-
-    def rises_or_falls(self, x: arb) -> bool:
-        """Whether F' has no zero over a ball."""
+    def enclose(self, x: arb) -> tuple[arb, arb]:
+        """F and F' over a ball, by F(m) + F'(x)(x - m)."""
         slope = slope_of(self.equation(arb_series([x, 1], 2)))
-        return bool(slope > 0 or slope < 0)
+        return self.equation(x.mid()) + slope * (x - x.mid()), slope
 
-    def phases(self, x: arb) -> int:
-        """The most solutions that share one x1 in a ball.
-
-        Raises
-        ------
-        Undecided : there may be more than two
-        """
-        if not self.rests:
-            d, *_ = self.parts(x)
-            if d > 0 or d < 0:
+    def most(self, x: arb) -> int:
+        """How many solutions can share an x1 in a ball; raises Undecided where that is open."""
+        if not self.wall_rests:
+            if sure(self.parts(x)[0]):
                 return 1
             raise Undecided("the conditions leave the drive phase open")
         (body,) = self.bodies
-        try:
-            inverse = body.drive.inv()
-        except ZeroDivisionError:
-            raise Undecided("the drive does not move the first body") from None
-        column = arb_mat([[body.keeps[i, 0] * x - body.load[i, 0]] for i in (0, 1)])
-        kick = arb_mat([[-self.rho * body.keeps[0, 1]], [1 - self.rho * body.keeps[1, 1]]])
-        (c, c2), (d, d2) = (inverse * column).entries(), (inverse * kick).entries()
-        square, mixed = d * d + d2 * d2, c * d + c2 * d2
+        if not sure(body.drive.det()):
+            raise Undecided("the drive may not move the first body")
+        inverse = body.drive.inv()
+        fixed = arb_mat([[body.keeps[i, 0] * x - body.load[i, 0]] for i in (0, 1)])
+        by_j = arb_mat([[i - self.number["rho"] * body.keeps[i, 1]] for i in (0, 1)])
+        (c, c2), (d, d2) = (inverse * fixed).entries(), (inverse * by_j).entries()
+        square = d * d + d2 * d2
         if not square > 0:
             raise Undecided("the conditions leave the impulse open")
-        return 0 if mixed**2 - square * (c * c + c2 * c2 - 1) < 0 else 2
+        return 0 if (c * d + c2 * d2) ** 2 - square * (c * c + c2 * c2 - 1) < 0 else 2
+
+    def apart(self, boxes: Sequence[Sequence[arb]]) -> bool:
+        """Whether solutions with one x1, two at most, have different phases."""
+        turns, alike = [self.number["omega"] * time for *_, time in boxes], (arb.cos, arb.sin)
+        return len(turns) < 2 or any(not f(turns[0]).overlaps(f(turns[1])) for f in alike)
 
     def reach(self) -> arb | None:
-        """A bound of |x1| of all solutions, None if there is none.
+        """A bound of |x1| of all solutions, None if none is known.
 
-        With e, p and b the parts of x by load, drive and kick, and e', p', b' those of V,
-
-            x1 = e + p - b kappa P,    y = e2 + p2 + b2 mbar P,
-            (kappa^2 s1 + mbar s2) P = kappa (e' + p') - (e2' + p2'),    s = b' - rho.
-
-        If s1, s2 > 0 then |kappa P| <= |e' + p'|/s1 + |e2' + p2'|/(2 sqrt(s1 mbar s2)). And
-        |kappa P| <= |P| <= (|y| + |e2 + p2|)/(mbar |b2|), |y| <= 1 + |delta|, in oblique contact.
-        In direct contact D is fixed, Nc and Ns are linear, |Nc| <= |D|, |Ns| <= |D|.
+        With `steady`, x1 = p - b kappa P, y = p2 + b2 mbar P, and the last of (L) is
+        (kappa^2 s1 + mbar s2) P = kappa p' - p2', where s = b' - rho. If s1, s2 > 0 then
+        |kappa P| <= |p'|/s1 + |p2'|/(2 sqrt(s1 mbar s2)). In oblique contact also
+        |kappa P| <= |P| <= (1 + |delta| + |p2|)/(mbar |b2|); if mbar = 0 then |sin x1| <= |delta| +
+        |p2| = c, and kappa^2 >= 1 - c^2. In direct contact D is constant, Nc and Ns are linear, and
+        |Nc|, |Ns| <= |D|.
         """
-        number, delta, bounds = self.number, abs(self.number["delta"]), []
-        if not self.tip:
-            if self.rests:
-                return abs(number["delta"] + number["c2"])
-            d, *others = (q(arb(1)) for q in self.determinants)
+        delta, mbar, bounds = abs(self.number["delta"]), self.number["mbar"], []
+        if not self.oblique and self.wall_rests:
+            return abs(self.number["delta"] + self.number["c2"])
+        if not self.oblique:
+            d, *others = (a(arb(1)) for a in self.determinants)
             for p, q, s in (others[:3], others[3:]):
                 bounds.append((abs(d) + abs(s) + delta * abs(q)) / abs(p + q))
             return least(bounds)
-        first, *others = self.bodies
-        if not first.solved:
+        known = [body.steady() for body in self.bodies]
+        if known[0] is None:
             return None
-        drive, load, kick = first.solved
-        place, speed = (largest(drive.tolist()[i], load[i, 0]) for i in (0, 1))
-        s1 = kick[1, 0] - self.rho
-        if self.rests and s1 > 0:
+        size, speed, b, slope = known[0]
+        s1 = slope - self.number["rho"]
+        if self.wall_rests and s1 > 0:
             bounds.append(speed / s1)
-        elif not self.rests and others[0].solved:
-            drive, load, kick2 = others[0].solved
-            place2, speed2 = (largest(drive.tolist()[i], load[i, 0]) for i in (0, 1))
-            mbar, s2 = number["mbar"], kick2[1, 0] - self.rho
-            if s1 > 0 and mbar > 0 and s2 > 0:
-                bounds.append(speed / s1 + speed2 / (2 * (s1 * s2 * mbar).sqrt()))
+        elif not self.wall_rests and known[1] is not None:
+            size2, speed2, b2, slope2 = known[1]
+            s2, height = slope2 - self.number["rho"], delta + size2
             if mbar > 0:
-                bounds.append((1 + delta + place2) / (mbar * abs(kick2[0, 0])))
-            height = delta + place2  # bounds sin x1 where nothing acts on body 2
-            if mbar.is_zero() and s1 > 0 and height < 1:
+                bounds.append((1 + height) / (mbar * abs(b2)))
+                if s1 > 0 and s2 > 0:
+                    bounds.append(speed / s1 + speed2 / (2 * (s1 * s2 * mbar).sqrt()))
+            elif s1 > 0 and height < 1:
                 bounds.append((speed + speed2 / (1 - height**2).sqrt()) / s1)
         impulse = least(bounds)
-        return None if impulse is None else (place + abs(kick[0, 0]) * impulse).upper()
+        return None if impulse is None else (size + abs(b) * impulse).upper()
 
 
-def determinant(columns: Sequence[Sequence[Any]]) -> arb_poly:
-    """By its first column."""
-    if not columns:
-        return arb_poly([1])
-    first, total = columns[0], arb_poly([0])
-    for i, x in enumerate(first):
-        if not (isinstance(x, arb) and x.is_zero()):
-            minor = determinant([[*column[:i], *column[i + 1 :]] for column in columns[1:]])
-            total += (-1) ** i * x * minor
-    return total
+def sure(x: arb) -> bool:
+    """Whether a ball does not hold 0."""
+    return bool(x > 0 or x < 0)
 
 
 def least(bounds: Sequence[arb]) -> arb | None:
     """The least of what bounds there are."""
-    found = [x.upper() for x in bounds if x.is_finite()]
-    return min(found, default=None)
+    return min((x.upper() for x in bounds if x.is_finite()), default=None)
+
+
+def determinant(columns: Sequence[Sequence[Any]]) -> arb_poly:
+    """Of columns, by the first of them."""
+    total = arb_poly([0 if columns else 1])
+    for i, x in enumerate(columns[0] if columns else ()):
+        if x == 0:  # not `!=`, which asks whether a ball is 0 nowhere
+            continue
+        minor = determinant([[*column[:i], *column[i + 1 :]] for column in columns[1:]])
+        total += (-1) ** i * x * minor
+    return total
 
 
 def conditions_in(given: Mapping[str, Any]) -> OneImpact:
     """The conditions that a certificate is about."""
-    machine = given["machine"]
-    if machine["kind"] != "two bodies" or given["n"] not in range(1, 10**6):
+    machine, n = machine_in(given["machine"]), given["n"]
+    (stop,), size = machine.stops, machine.size
+    if given["machine"]["kind"] != "two bodies" or n not in range(1, 10**6):
         raise ProofError("another machine, or n")
-    number = {name: arb(numbers(x)) for name, x in machine["numbers"].items()}
-    return OneImpact(machine_in(machine), given["n"], number)
-
-
-def ball(low: fmpq, high: fmpq) -> arb:
-    """The ball of an interval."""
-    return arb((low + high) / 2, (high - low) / 2)
+    if not stop.friction.is_zero():
+        raise ProofError("friction")
+    flow, bodies = machine.flow(machine.period * n), []
+    for rows in ((i, size + i) for i in range(size)):
+        keeps = arb_mat([[int(i == j) - flow[i, j] for j in rows] for i in rows])
+        drive = arb_mat([[flow[i, 2 * size + j] for j in (1, 2)] for i in rows])
+        bodies.append(Body(keeps, drive, arb_mat([[flow[i, 2 * size]] for i in rows])))
+    number = {name: balls_of(x) for name, x in given["machine"]["numbers"].items()}
+    number["rho"] = number["r"] / (1 + number["r"])
+    return OneImpact(number, stop.tip, tuple(bodies))
 
 
 def problem(given: Mapping[str, Any], orbit: Mapping[str, Any]) -> dict[str, Any]:
@@ -269,33 +223,34 @@ def problem(given: Mapping[str, Any], orbit: Mapping[str, Any]) -> dict[str, Any
 
 
 def examine_all(given: Mapping[str, Any]) -> tuple[list[Finding], bool]:
-    """What is found of the motions of a certificate, and whether its range holds all of x1.
+    """What is found of the solutions of a certificate, and whether none lies outside its range.
 
-    `cuts`, rising, part its range into intervals; `holds` lists the motions in each.
+    `cuts`, rising, part the range of x1 into intervals; `holds` are the solutions in each.
 
     Raises
     ------
     Undecided : it is not shown that these are all
     ProofError, KeyError, TypeError, ValueError : the certificate is damaged
     """
-    findings = [examine(problem(given, orbit)) for orbit in given["orbits"]]
     cuts, holds, orbits = numbers(given["cuts"]), given["holds"], given["orbits"]
-    rising = all(low < high for low, high in zip(cuts, cuts[1:], strict=False))
+    intervals = list(pairwise(cuts))
     used = sorted(k for inner in holds for k in inner)
-    if not rising or len(cuts) != len(holds) + 1 or used != list(range(len(orbits))):
-        raise ProofError("intervals or numbers of motions")
+    if not (intervals and all(low < high for low, high in intervals)):
+        raise ProofError("intervals")
+    if len(intervals) != len(holds) or used != list(range(len(orbits))):
+        raise ProofError("solutions in intervals")
+    findings = [examine(problem(given, orbit)) for orbit in orbits]
     with ctx.workprec(int(given["precision"])):
         equations = conditions_in(given)
-        for low, high, inner in zip(cuts, cuts[1:], holds, strict=False):
-            x = ball(low, high)
-            if not inner and equations.excludes(x):
+        for (low, high), inner in zip(intervals, holds, strict=True):
+            x = arb((low + high) / 2, (high - low) / 2)
+            value, slope = equations.enclose(x)
+            if not inner and sure(value):
                 continue
-            if not equations.rises_or_falls(x):
-                raise Undecided(f"x1 near {float(x.mid()):.6g}: it is open how many solutions")
             boxes = [solution(findings[k], orbits[k], low, high) for k in inner]
-            most = equations.phases(boxes[0][0] if boxes else x)
-            if len(inner) != most or (most == 2 and not apart(equations, *boxes)):
-                raise Undecided(f"x1 near {float(x.mid()):.6g}: there may be other solutions")
+            most = equations.most(boxes[0][0] if boxes else x)
+            if not sure(slope) or len(boxes) != most or not equations.apart(boxes):
+                raise Undecided(f"there may be other solutions with x1 near {float(x.mid()):.6g}")
         reach = equations.reach()
         everywhere = reach is not None and arb(cuts[0]) <= -reach and reach <= arb(cuts[-1])
     return findings, bool(everywhere)
@@ -303,14 +258,9 @@ def examine_all(given: Mapping[str, Any]) -> tuple[list[Finding], bool]:
 
 def solution(found: Finding, orbit: Mapping[str, Any], low: fmpq, high: fmpq) -> Sequence[arb]:
     """The small box of a solution with low < x1 < high."""
-    # Krawczyk's image lies inside its box where, and only where, it holds a solution
-    solved = found.verdict != "undecided" and inside(found.box, balls(orbit["box"]))
-    if not solved or not (arb(low) < found.box[0] < arb(high)):
-        raise Undecided(f"no solution is shown: {found.why}")
+    with ctx.workprec(int(orbit["precision"])):
+        # Krawczyk's image is inside the box if, and only if, a solution is shown
+        shown = found.verdict != "undecided" and inside(found.box, balls(orbit["box"]))
+        if not shown or not (arb(low) < found.box[0] < arb(high)):
+            raise Undecided(f"no solution is shown: {found.why}")
     return found.box
-
-
-def apart(equations: OneImpact, one: Sequence[arb], other: Sequence[arb]) -> bool:
-    """Whether two solutions with the same x1 differ, by phase."""
-    drives = (equations.machine.drive(box[-1])[1:] for box in (one, other))
-    return any(not a.overlaps(b) for a, b in zip(*drives, strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import overload
 
 from ..arguments import path as path_of
 from ..arguments import reject
@@ -12,6 +13,7 @@ from ..orbits.motion import PeriodicMotion
 from ..single_impact.results import PeriodicMotions
 from ..structure_motion import StructureOrbit
 from .result import Proof
+from .solutions_result import SolutionsProof
 
 
 def _need_flint() -> None:
@@ -22,8 +24,12 @@ def _need_flint() -> None:
         raise missing("verify", "a proof needs python-flint") from error
 
 
+@overload
+def prove(motion: PeriodicMotion | StructureOrbit) -> Proof: ...
+@overload
+def prove(motion: PeriodicMotions) -> SolutionsProof: ...
 @interruptible
-def prove(motion: PeriodicMotion | StructureOrbit) -> Proof:
+def prove(motion: PeriodicMotion | StructureOrbit | PeriodicMotions) -> Proof | SolutionsProof:
     """Prove that a periodic motion exists, is the only one near by, and is stable or unstable.
 
     The conditions of periodicity are solved in ball arithmetic by Krawczyk's operator; at the
@@ -36,13 +42,16 @@ def prove(motion: PeriodicMotion | StructureOrbit) -> Proof:
     motion
         As ``refine``, ``periodic_motion``, a branch or a search returns it, with impacts, of a
         `System` under every law but ``"paper"``, or of a `Structure`. It need not be admissible:
-        then the proof may say that there is no motion.
+        then the proof may say that there is no motion. Or all n-1 motions, as
+        ``periodic_motions`` returns them.
 
     Returns
     -------
     Proof
         With its verdict. Motions with complete chatter, sustained contact, or without impacts are
         ``"undecided"``.
+    SolutionsProof
+        Of all n-1 motions: that there are no others, and a proof for each.
 
     Raises
     ------
@@ -50,6 +59,8 @@ def prove(motion: PeriodicMotion | StructureOrbit) -> Proof:
         If ``motion`` is something else.
     ImportError
         If python-flint is not installed.
+    Interrupted
+        After Ctrl-C in a proof of all n-1 motions; ``.result`` holds the proofs so far.
 
     Examples
     --------
@@ -66,7 +77,7 @@ def prove(motion: PeriodicMotion | StructureOrbit) -> Proof:
 
         return all_proved(motion)
     if not isinstance(motion, (PeriodicMotion, StructureOrbit)):
-        reject("motion", motion, "a PeriodicMotion, or a motion of a Structure")
+        reject("motion", motion, "a PeriodicMotion, a motion of a Structure, or PeriodicMotions")
     _need_flint()
     from .proving import proved
 
@@ -74,7 +85,7 @@ def prove(motion: PeriodicMotion | StructureOrbit) -> Proof:
 
 
 @interruptible
-def check_proof(path: str | os.PathLike[str]) -> Proof:
+def check_proof(path: str | os.PathLike[str]) -> Proof | SolutionsProof:
     """Verify a saved certificate anew, from the file alone.
 
     Nothing of the search for the proof is used: only ball arithmetic and the formulas of the
@@ -87,7 +98,7 @@ def check_proof(path: str | os.PathLike[str]) -> Proof:
 
     Returns
     -------
-    Proof
+    Proof or SolutionsProof
         What the file proves, which is what it claims.
 
     Raises

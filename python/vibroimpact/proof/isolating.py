@@ -11,7 +11,7 @@ from flint import arb, arb_mat, arb_series, ctx, fmpq
 from ..orbits.motion import PeriodicMotion
 from ..single_impact.motions import motion_at
 from ..single_impact.results import PeriodicMotions, Undecided
-from .all_solutions import OneImpact, ball, conditions_in
+from .all_solutions import OneImpact, conditions_in, sure
 from .files import text
 from .posing import two_bodies_in_text
 from .proving import proved
@@ -39,9 +39,7 @@ def posed_of(motions: PeriodicMotions) -> dict[str, Any]:
     return {"machine": machine, "n": motions.n, "precision": _PRECISION}
 
 
-def search(
-    motions: PeriodicMotions, proofs: list[Proof]
-) -> tuple[dict[str, Any], list[Undecided]]:
+def search(motions: PeriodicMotions, proofs: list[Proof]) -> tuple[dict[str, Any], list[Undecided]]:
     """A certificate without its motions, whose proofs are put into `proofs`, and what is open."""
     posed = posed_of(motions)
     with ctx.workprec(_PRECISION):
@@ -70,9 +68,9 @@ def search(
 
 
 def _missed(motions: PeriodicMotions, equations: OneImpact) -> list[PeriodicMotion]:
-    """Solutions in intervals that double precision leaves open, where Newton's method finds them."""
+    """Solutions that double precision leaves open, where Newton's method finds them."""
     found = []
-    for part in [] if equations.rests else motions.undecided:
+    for part in [] if equations.wall_rests else motions.undecided:
         x = arb((part.lo + part.hi) / 2)
         for _ in range(_STEPS):
             wide = equations.equation(arb_series([x, 1], 2))
@@ -84,15 +82,20 @@ def _missed(motions: PeriodicMotions, equations: OneImpact) -> list[PeriodicMoti
     return found
 
 
+def ball(low: fmpq, high: fmpq) -> arb:
+    """The ball of an interval."""
+    return arb((low + high) / 2, (high - low) / 2)
+
+
 def _before(equations: OneImpact, x: arb) -> tuple[float, float, float, float]:
     """x1, v1, v2 and the phase before the impact of the solution at a zero of F; NaN if open."""
     (d, c, s), body = equations.parts(x), equations.bodies[0]
-    cosine, sine, kappa = c / d, s / d, x.cos() if equations.tip else arb(1)
+    cosine, sine, kappa = c / d, s / d, x.cos() if equations.oblique else arb(1)
     place, speed = (body.drive * arb_mat([[cosine], [sine]]) + body.load).entries()
     v = (place - body.keeps[0, 0] * x) / body.keeps[0, 1]
     kick = speed - body.keeps[1, 0] * x - body.keeps[1, 1] * v
     mbar, impulse = equations.number["mbar"], kick / kappa
-    w = kappa * v + equations.rho * (mbar + kappa**2) * impulse
+    w = kappa * v + equations.number["rho"] * (mbar + kappa**2) * impulse
     phase = math.atan2(float(sine.mid()), float(cosine.mid()))
     before = (x, v + kick, w - mbar * impulse)
     x1, v1, v2 = (float(number.mid()) for number in before)
@@ -126,9 +129,9 @@ def _around(
     places: dict[float, list[int]] = {}
     for k, motion in enumerate(motions):
         x = motion.state[0]
-        same = [y for y in places if equations.rests and abs(x - y) < 2**-40]
+        same = [y for y in places if equations.wall_rests and abs(x - y) < 2**-40]
         places.setdefault(same[0] if same else x, []).append(k)
-    if equations.rests:  # where the wall is met, but no solution is found
+    if equations.wall_rests:  # where the wall is met, but no solution is found
         for lo, hi in _roots(equations, low, high):
             x = float(arb((lo + hi) / 2))
             if all(abs(x - y) > 2**-30 for y in places):
@@ -143,7 +146,7 @@ def _around(
         while width > _NARROW:
             begin, end = (rational(x + sign * width) for sign in (-1, 1))
             begin, end = max(begin, low), min(end, high)
-            if begin < end and equations.rises_or_falls(ball(begin, end)):
+            if begin < end and sure(equations.enclose(ball(begin, end))[1]):
                 found.append((begin, end, places[x]))
                 break
             width /= 2
@@ -173,17 +176,14 @@ def _clear(equations: OneImpact, low: fmpq, high: fmpq) -> list[tuple[fmpq, str]
     ends = [rational(float(arb(low + (high - low) * i / count))) for i in range(1, count)]
     for one in zip([*ends, high][::-1], [low, *ends][::-1], strict=True):
         todo.append(one)
-    cut = low
     while todo:
         end, begin = todo.pop()
         looked += 1
-        if equations.excludes(ball(begin, end)):
+        if sure(equations.enclose(ball(begin, end))[0]):
             found.append((end, ""))
         elif end - begin < _LEAST or looked > _MOST:
             found.append((end, "a double root, or another root"))
         else:
             middle = (begin + end) / 2
             todo += [(end, middle), (middle, begin)]
-        cut = end
     return found
-

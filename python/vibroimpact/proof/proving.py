@@ -40,7 +40,7 @@ def proved(motion: AnyMotion) -> Proof:
         posed, found = _examined(motion, {**problem, "precision": precision})
         if best is None or found.verdict != "undecided":
             best = proof_of(posed, found)
-        if best.verdict != "undecided" and not found.why:
+        if found.verdict == "disproved" or (found.verdict == "proved" and not found.why):
             break
     assert best is not None
     return best

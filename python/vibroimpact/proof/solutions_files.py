@@ -21,7 +21,7 @@ from .formulas import Undecided as NotShown
 from .isolating import search
 from .result import Proof
 from .solutions_result import SolutionsProof
-from .statement import machine_sentence
+from .statement import PRINTED, machine_sentence, up
 
 SOLUTIONS_FORMAT = "vibroimpact proof of all motions with one impact 1"
 _PROBLEM = ("machine", "n", "precision", "cuts", "holds", "orbits")
@@ -34,7 +34,7 @@ def all_proved(motions: PeriodicMotions) -> SolutionsProof:
     system = motions.system
     if system.law == "paper":
         return _undecided(motions, [], [], "the law of the paper is not proved with")
-    if motions.note.startswith(("no isolated", "no solutions")):
+    if motions.within[0] == motions.within[1]:  # nothing was searched
         return _undecided(motions, [], [], motions.note)
     proofs: list[Proof] = []
     try:
@@ -107,20 +107,22 @@ def solutions_statement(proof: SolutionsProof) -> str:
     if proof.verdict == "undecided":
         return f"It is not shown that these {proof.n}-1 motions are all: {proof.why}."
     low, high = proof.within
-    place = "" if proof.everywhere else f", and x1 in [{low!r}, {high!r}] at it,"
+    place = "" if proof.everywhere else f" at an x1 in [{low!r}, {high!r}]"
+    told = (
+        f"exactly {counted(proof.count, 'motion')}{_stabilities(proof)}. Motions that differ by a "
+        "whole number of drive periods count as one. At the impact"
+        if proof.count
+        else "no motion."
+    )
     lines = [
-        f"Theorem. {machine_sentence(proof.certificate['machine'])} Motions that repeat after "
-        f"{counted(proof.n, 'drive period')} with one impact in that time{place} "
-        + (f"are exactly {proof.count} in number" if proof.count else "do not exist")
-        + _stabilities(proof)
-        + ". They are told apart by x1 and the phase of the drive at the impact; the same motion "
-        "begun some drive periods later counts once."
+        f"Theorem. {machine_sentence(proof.certificate['machine'])} With one impact{place} in "
+        f"{counted(proof.n, 'drive period')}, after which it repeats, it has {told}"
     ]
     for one in proof.motions:
         assert one.box is not None
         x1, bound = float(one.box.center[0, 0]), float(one.box.radius[0, 0])
-        told = one.stability if one.stability != "undecided" else "stability undecided"
-        lines.append(f"  x1 = {x1:.17g}, to within {bound + 1e-16 * abs(x1):.1e}: {told}")
+        known = one.stability if one.stability != "undecided" else "stability undecided"
+        lines.append(f"  x1 = {x1:.17g} to within {up(bound + PRINTED * abs(x1))}, {known}")
     others = [one for one in proof.proofs if one.verdict == "disproved"]
     if others:
         lines.append("The other solutions of the conditions of periodicity are no motions:")

@@ -135,8 +135,8 @@ class SolutionsProof(Shown):
         """Counts and verdict."""
         told = "" if self.verdict == "proved" else f", {self.why}"
         return (
-            f"<SolutionsProof of all {self.n}-1 motions: {self.verdict}{told}; {self.count} motions, "
-            f"{self.stable} stable, among {len(self.proofs)} solutions>"
+            f"<SolutionsProof of all {self.n}-1 motions: {self.verdict}{told}; "
+            f"{self.count} motions, {self.stable} stable, among {len(self.proofs)} solutions>"
         )
 
     def __str__(self) -> str:

@@ -14,7 +14,7 @@ from .result import Proof
 #: Impacts, and rows of matrices, that are printed.
 _MOST = 4
 #: Part of a number that is lost by printing it in 17 digits, and in 15.
-_PRINTED, _SHORTER = 1e-16, 1e-14
+PRINTED, _SHORTER = 1e-16, 1e-14
 _OF_STRUCTURE = (
     *("mass", "stiffness", "damping", "damping_ratios", "static_load", "drive_amplitude"),
     *("drive_frequency", "phase"),
@@ -56,10 +56,10 @@ def _multipliers(proof: Proof) -> str:
     largest = max(abs(disc.center) for disc in proof.multipliers)
     within = max(disc.radius for disc in proof.multipliers) + _SHORTER * largest
     listed = ", ".join(_complex(disc.center) for disc in proof.multipliers)
-    return f"Its multipliers are {listed}, each to within {_up(within)}."
+    return f"Its multipliers are {listed}, each to within {up(within)}."
 
 
-def _up(bound: float) -> str:
+def up(bound: float) -> str:
     """A bound in two digits, rounded up."""
     text = f"{bound:.1e}"
     return text if float(text) >= bound else f"{bound * 1.1:.1e}"
@@ -143,7 +143,7 @@ def _nodes(proof: Proof) -> str:
     lines = []
     for row, bound in zip(center[:_MOST], radius[:_MOST], strict=True):
         numbers = ", ".join(f"{name} = {x:.17g}" for name, x in zip(names, row, strict=True))
-        within = _up(float(bound.max() + _PRINTED * abs(row).max()))
+        within = up(float(bound.max() + PRINTED * abs(row).max()))
         lines.append(f"  {numbers}, each to within {within}")
     if len(center) > _MOST:
         lines.append(f"  and so on, {len(center)} states in all, those of the certificate.")
