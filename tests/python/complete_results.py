@@ -323,6 +323,14 @@ def _(proof: vi.Proof) -> None:
 
 
 @assert_complete.register
+def _(found: vi.SolutionsProof) -> None:
+    assert found.statement
+    assert found.verdict == "proved" or found.why
+    for proof in found.proofs:
+        assert_complete(proof)
+
+
+@assert_complete.register
 def _(box: vi.ProofBox) -> None:
     assert_finite(box.center, "center")
     assert_finite(box.radius, "radius")

@@ -60,6 +60,18 @@ def proof() -> vi.Proof:
 
 
 @cache
+def solutions() -> vi.PeriodicMotions:
+    """All motions with one impact in a drive period."""
+    return vi.periodic_motions(PAPER)
+
+
+@cache
+def solutions_proof() -> vi.SolutionsProof:
+    """The proof that these are all."""
+    return vi.prove(solutions())
+
+
+@cache
 def saved_proof() -> Path:
     """The file of its certificate."""
     path = folder() / "certificate.json"

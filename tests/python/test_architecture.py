@@ -136,6 +136,7 @@ RESULTS = [
     "orbits.region",
     "orbits.structure_piece",
     "proof.result",
+    "proof.solutions_result",
     "single_impact.results",
     "sweeps.results",
     "sweeps.sweep_results",

@@ -14,7 +14,17 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from small_results import START, branch, grid_basins, motion, motions, proof, region, run
+from small_results import (
+    START,
+    branch,
+    grid_basins,
+    motion,
+    motions,
+    proof,
+    region,
+    run,
+    solutions_proof,
+)
 from struck import moving_run, orbit, small_diagram, spectrum
 from systems import PAPER, ROUGH
 from valid_calls import calls
@@ -68,6 +78,7 @@ def _results() -> dict[str, Any]:
         vi.Undecided(lo=0.0, hi=1.0, reason="a double root"),
         vi.Disagreement(event="impact", number=1, time=0.5, reason="digits"),
         proof().box,
+        solutions_proof(),
         *proof().multipliers,
         vi.ProofError("damaged"),
         vi.ParameterError("gap = nan"),

@@ -25,6 +25,7 @@ from small_results import (
     region,
     run,
     saddle,
+    solutions_proof,
 )
 from struck import moving_run, orbit, small_diagram, spectrum
 from systems import COEXISTING, PAPER, ROUGH, STICKY
@@ -69,6 +70,7 @@ def results() -> dict[str, object]:
         vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20),
         vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20, gap=[0.4, 0.5, 0.6]),
         proof().box,
+        solutions_proof(),
         *(made[name]() for name in ("impact_regimes", "impact_agreement", "Stop", "Structure")),
         *(made[name]() for name in ("search_motions", "bifurcation_curve", "verify", "prove")),
     ]
@@ -127,7 +129,7 @@ def test_every_public_result_is_shown():
     assert len(arrays | grids) > 12
     assert arrays | grids | {vi.Run, vi.System, vi.NotFound, vi.Branch} <= classes
     assert {cls for cls in classes if not hasattr(cls, "plot")} == {
-        *(vi.NotFound, vi.Stop, vi.StructureState, vi.Proof, vi.ProofBox)
+        *(vi.NotFound, vi.Stop, vi.StructureState, vi.Proof, vi.ProofBox, vi.SolutionsProof)
     }
 
 

@@ -25,6 +25,8 @@ from small_results import (
     run,
     saddle,
     saved_proof,
+    solutions,
+    solutions_proof,
 )
 from structure_calls import structure_calls
 from systems import PAPER, ROUGH
@@ -455,6 +457,10 @@ def calls() -> dict[str, Call]:
             {"rows": "a word of a list"},
         ),
         "prove": Call(vi.prove, {"motion": motion()}, {"motion": "object"}),
+        "prove: all": Call(vi.prove, {"motion": solutions()}, {"motion": "object"}),
+        "SolutionsProof.save": Call(
+            solutions_proof().save, {"path": folder() / "all.json"}, {"path": "path"}
+        ),
         "Proof.save": Call(proof().save, {"path": folder() / "proof.json"}, {"path": "path"}),
         "check_proof": Call(
             vi.check_proof, {"path": saved_proof()}, {"path": "path that is missing"}

@@ -9,6 +9,7 @@ from typing import Any
 
 from flint import arb, ctx
 
+from ..arguments import path as path_of
 from ..arguments import reject
 from ..errors import Interrupted, ProofError
 from ..showing import counted
@@ -147,6 +148,7 @@ def _stabilities(proof: SolutionsProof) -> str:
 
 def write_solutions_proof(path: str | os.PathLike[str], proof: SolutionsProof) -> None:
     """Write a certificate to ``path``; the file appears complete or not at all."""
+    path = path_of("path", path)
     if proof.verdict == "undecided":
         reject("proof", proof, "one that shows something: this one is undecided")
     content = {"format": SOLUTIONS_FORMAT, **proof.certificate, "statement": proof.statement}

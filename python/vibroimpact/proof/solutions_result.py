@@ -46,9 +46,11 @@ class SolutionsProof(Shown):
     >>> import vibroimpact as vi
     >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
     ...                    drive_frequency=1.8, moment_amplitude=1)
-    >>> found = vi.prove(vi.periodic_motions(system))
-    >>> found.verdict, found.everywhere, len(found.proofs), found.count, found.stable
-    ('proved', True, 12, 8, 1)
+    >>> everything = vi.prove(vi.periodic_motions(system))
+    >>> everything.verdict, everything.everywhere
+    ('proved', True)
+    >>> len(everything.proofs), everything.count, everything.stable
+    (12, 8, 1)
     """
 
     verdict: Literal["proved", "undecided"]
@@ -66,7 +68,7 @@ class SolutionsProof(Shown):
 
         Examples
         --------
-        >>> len(solutions_proof.motions)
+        >>> len(everything.motions)
         8
         """
         return tuple(proof for proof in self.proofs if proof.verdict == "proved")
@@ -77,7 +79,7 @@ class SolutionsProof(Shown):
 
         Examples
         --------
-        >>> solutions_proof.count
+        >>> everything.count
         8
         """
         return len(self.motions)
@@ -88,7 +90,7 @@ class SolutionsProof(Shown):
 
         Examples
         --------
-        >>> solutions_proof.stable
+        >>> everything.stable
         1
         """
         return sum(proof.stability == "stable" for proof in self.motions)
@@ -99,7 +101,7 @@ class SolutionsProof(Shown):
 
         Examples
         --------
-        >>> solutions_proof.statement.startswith("Theorem.")
+        >>> everything.statement.startswith("Theorem.")
         True
         """
         text: str = verb("solutions_statement")(self)
@@ -117,7 +119,7 @@ class SolutionsProof(Shown):
 
         Examples
         --------
-        >>> solutions_proof.save("all.json")
+        >>> everything.save("all.json")
         >>> vi.check_proof("all.json").count
         8
         """
