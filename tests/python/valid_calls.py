@@ -13,21 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import vibroimpact as vi
-from small_results import (
-    START,
-    branch,
-    folder,
-    grid_basins,
-    motion,
-    motions,
-    proof,
-    region,
-    run,
-    saddle,
-    saved_proof,
-    solutions,
-    solutions_proof,
-)
+from proof_calls import proof_calls
+from small_results import START, branch, folder, grid_basins, motion, motions, region, run, saddle
 from structure_calls import structure_calls
 from systems import PAPER, ROUGH
 from vibroimpact._core import PARAMETERS
@@ -154,7 +141,7 @@ def calls() -> dict[str, Call]:
                 )
             },
         ),
-        **{name: Call(*call) for name, call in structure_calls().items()},
+        **{name: Call(*call) for name, call in (structure_calls() | proof_calls()).items()},
         "simulate": Call(
             vi.simulate,
             start | {"periods": 2},
@@ -455,15 +442,6 @@ def calls() -> dict[str, Call]:
             vi.Diagram.load(_path("diagram")).to_pandas,
             {"rows": "impact"},
             {"rows": "a word of a list"},
-        ),
-        "prove": Call(vi.prove, {"motion": motion()}, {"motion": "object"}),
-        "prove: all": Call(vi.prove, {"motion": solutions()}, {"motion": "object"}),
-        "SolutionsProof.save": Call(
-            solutions_proof().save, {"path": folder() / "all.json"}, {"path": "path"}
-        ),
-        "Proof.save": Call(proof().save, {"path": folder() / "proof.json"}, {"path": "path"}),
-        "check_proof": Call(
-            vi.check_proof, {"path": saved_proof()}, {"path": "path that is missing"}
         ),
         "load": Call(vi.load, {"path": _path("run")}, {"path": "path that is missing"}),
     }
