@@ -28,7 +28,8 @@ def test_diagram_counts_motions_and_writes_its_files(run_command, tmp_path):
     printed = fields(out)
     assert printed["completed"] == f"{np.count_nonzero(diagram.status == 'completed')} of 5 cells"
     for label in set(diagram.label.tolist()):
-        assert printed[label] == f"{np.count_nonzero(diagram.label == label)} cells"
+        count = np.count_nonzero(diagram.label == label)
+        assert printed[label] == f"{count} {'cell' if count == 1 else 'cells'}"
     rows = written(tmp_path / "d.csv")
     for name in ("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss"):
         assert [float(row[name]) for row in rows] == getattr(diagram, name).tolist()

@@ -225,7 +225,7 @@ def test_progress_counts_every_point(system, initial, frequencies, capsys):
         ({"colour": [0.5]}, "unknown argument colour of bifurcation_diagram"),
         ({"contact": ["direct"]}, "unknown argument contact"),
         ({"damping": [0.1]}, r"damping of bifurcation_diagram, did you mean \w+_damping\?"),
-        ({"gap": 0.5}, "gap of shape"),
+        ({"gap": 0.5}, "gap = 0.5 is not allowed; allowed: one dimension"),
         ({"gap": [[0.5]]}, "gap of shape"),
         ({"gap": ["0.5"]}, "gap of type"),
         ({"gap": [0.5j]}, "gap of type"),
