@@ -2,7 +2,7 @@
 //! contact against a dense search along the Taylor series of the equations of motion.
 
 use crate::support::audit::Outcome;
-use crate::support::audit::structures::audit_structures;
+use crate::support::audit::structures::{audit_structures, fastest};
 use crate::support::draws;
 
 #[test]
@@ -23,4 +23,14 @@ fn holds(seed: u64, coupled: bool) {
     // The sample has to reach what it is for.
     assert!(tally.contacts > flights / 4 && tally.grazes > flights / 60);
     assert!(tally.count(Outcome::Undecided) < flights / 5);
+}
+
+/// A level with too small a V would call grazes contacts that are passed over.
+#[test]
+fn the_level_of_the_audit_has_a_bound_of_the_rate() {
+    for coupled in [false, true] {
+        let worst = (0..400).map(|index| fastest(13, coupled, index)).fold(0.0, f64::max);
+        println!("coupled {coupled}: {worst}");
+        assert!(worst > 0.5 && worst < 1.0 + 1e-12, "coupled {coupled}: {worst}");
+    }
 }

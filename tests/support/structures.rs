@@ -37,20 +37,32 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// The rounding level that the search states: 4 eps of the terms of the gap, and 6 eps V t with V
-/// >= |g'|, both by the modes.
-fn level(case: &Case, structure: &Structure, span: f64) -> Level {
-    let omega = case.frequency;
-    let (mut size, mut rate) =
-        (case.gap.abs() + case.moving[0].abs(), case.moving[0].abs() * omega);
+/// at least |g'|. By modes V is the sum of what each can do: its energy, and the work of its force.
+/// Where damping couples them one may gain what another loses, and only all together are bounded,
+///
+/// > |n q'| <= |n phi| |z(t)| <= |n phi| (|z(0)| + t |f|),   z = (w p, p'),
+///
+/// as damping takes energy; a mode slower than a sixteenth of a radian per span counts as one of that.
+fn level(case: &Case, structure: &Structure, span: f64, coupled: bool) -> Level {
     let inertia = |of: &[f64]| -> Vec<f64> { case.mass.iter().map(|row| dot(row, of)).collect() };
+    let (re, im): (Vec<f64>, Vec<f64>) = case.drive.iter().map(|f| (f.re, f.im)).unzip();
+    let (q, v) = (inertia(&case.q), inertia(&case.v));
+    let least = if coupled { 1.0 / (16.0 * span) } else { 0.0 };
+    let mut size = case.gap.abs() + case.moving[0].abs();
+    let (mut each, mut all) = (0.0, [0.0f64; 5]);
     for (shape, w) in structure.shapes().iter().zip(structure.frequencies()) {
         let part = dot(shape, &case.normal);
-        let (p, speed) = (dot(shape, &inertia(&case.q)), dot(shape, &inertia(&case.v)));
-        let (re, im): (Vec<f64>, Vec<f64>) = case.drive.iter().map(|f| (f.re, f.im)).unzip();
-        let force = dot(shape, &re).hypot(dot(shape, &im)) + dot(shape, &case.load).abs();
+        let (p, energy) = (dot(shape, &q), dot(shape, &v).hypot(w.max(least) * dot(shape, &q)));
+        let force = [&re, &im, &case.load].map(|force| dot(shape, force));
         size += (part * p).abs();
-        rate += part.abs() * (speed.hypot(w * p) + force * span);
+        each += part.abs() * (energy + (force[0].hypot(force[1]) + force[2].abs()) * span);
+        for (all, x) in all.iter_mut().zip([part, energy].into_iter().chain(force)) {
+            *all = all.hypot(x);
+        }
     }
+    let [part, energy, re, im, load] = all;
+    let together = part * (energy + (re.hypot(im) + load) * span);
+    let rate = if coupled { together } else { each } + case.moving[0].abs() * case.frequency;
     Level::new(size, rate, case.touching)
 }
 
@@ -253,7 +265,7 @@ fn judged(seed: u64, coupled: bool, index: u64) -> Structures {
     let case = draw(&mut rng, coupled);
     let structure = case.structure();
     let span = StructureMotion::new(&structure).span();
-    let judge = Judge::new(Exact::new(&case, span), level(&case, &structure, span), span);
+    let judge = Judge::new(Exact::new(&case, span), level(&case, &structure, span, coupled), span);
     let searched = search(&case, &structure);
     let (outcome, errors, _) = judge.judge(&searched);
     let mut outcomes = [0; Outcome::ALL.len()];
@@ -266,4 +278,22 @@ fn judged(seed: u64, coupled: bool, index: u64) -> Structures {
         worst: errors.map_or(0.0, |errors| errors.level),
         disagreements: if outcome.is_disagreement() { vec![(index, outcome)] } else { vec![] },
     }
+}
+
+/// |g'| at most on a flight, over the bound V that the level has.
+#[allow(dead_code)] // each user its own
+pub fn fastest(seed: u64, coupled: bool, index: u64) -> f64 {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(index);
+    let case = draw(&mut rng, coupled);
+    let structure = case.structure();
+    let span = StructureMotion::new(&structure).span();
+    let mut exact = Exact::new(&case, span);
+    let mut sample = exact.sample(Dd::ZERO, exact.start());
+    let mut most = sample.rate.abs();
+    while let Some(next) = exact.next(&sample) {
+        most = most.max(next.rate.abs());
+        sample = next;
+    }
+    most / level(&case, &structure, span, coupled).rate_bound
 }
