@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points
 
 from .. import __version__
-from ..errors import ClusterError, ParameterError, SimulationError, StateError
+from ..errors import ClusterError, ParameterError, ProofError, SimulationError, StateError
 from . import (
     basins,
     chart,
@@ -25,13 +25,14 @@ from . import (
     lyapunov,
     options,
     orbits,
+    proofs,
     simulate,
     template,
 )
 from .exit_codes import ExitCode
 from .hints import check_words
 
-COMMANDS = (template, simulate, diagram, chart, orbits, basins, lyapunov, explore)
+COMMANDS = (template, simulate, diagram, chart, orbits, basins, lyapunov, proofs, explore)
 # Entry points of this group add the commands of other distributions: a module with a function
 # ``add(subparsers)``, which adds a parser and sets its default ``run`` to a function that takes the
 # parsed options and returns an exit code.
@@ -100,6 +101,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except (ParameterError, StateError, ImportError) as error:
         return _fail(error, ExitCode.BAD_INPUT)
+    except ProofError as error:
+        return _fail(error, ExitCode.NOT_PROVED)
     except BrokenPipeError:
         # Nobody reads the output: nothing more is written, also not at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

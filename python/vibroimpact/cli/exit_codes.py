@@ -10,6 +10,7 @@ class ExitCode(IntEnum):
     FAILED = 1
     BAD_INPUT = 2
     INCOMPLETE = 3
+    NOT_PROVED = 4
     INTERRUPTED = 130
     NO_READER = 141
 
@@ -20,6 +21,7 @@ MEANINGS = {
     ExitCode.BAD_INPUT: "bad input, nothing computed: an argument, a file, a missing extra",
     ExitCode.INCOMPLETE: "done and written, but part of what was asked for is missing:\n"
     "a run stopped early, no periodic motion was found, ...",
+    ExitCode.NOT_PROVED: "a certificate is damaged, or claims what is not shown",
     ExitCode.INTERRUPTED: "interrupted with Ctrl-C; what was done by then is written",
     ExitCode.NO_READER: "the reader of the output has gone, as in `| head`",
 }

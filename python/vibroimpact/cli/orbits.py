@@ -17,7 +17,7 @@ from ..simulation import simulate
 from ..single_impact import periodic_motions
 from ..structure_motion import StructureOrbit
 from ..system import System
-from . import branches, outputs
+from . import branches, outputs, proofs
 from . import motion_table as table
 from . import options as shared
 from .exit_codes import ExitCode
@@ -51,6 +51,8 @@ why it ends early. A branch ends where the mirror image of itself would follow.
 
 columns of the CSV, one row per motion:
 {table.COLUMNS}
+with --prove it ends with
+  proof            proved and stable or unstable, disproved, or undecided, and why
 a search begins the row with
   share            part of the starts that end on the motion
 and a branch with
@@ -60,7 +62,7 @@ and a branch with
   (parameter)      its value, under its name in Python, e.g. drive_frequency
 
 exit code 3: no periodic motion was found, intervals are left undecided, starts
-were not resolved, or a branch broke off.
+were not resolved, a proof was left undecided, or a branch broke off.
 
 examples, with the system file of vibroimpact --help:
   vibroimpact orbits --system fig5b.toml --plot orbit.svg
@@ -144,6 +146,7 @@ def add(subparsers: Any) -> None:
         "a structure q-0, v-pre-0, ... (default: x1; of a wall at rest, and of structures, "
         "approach_velocity)",
     )
+    proofs.add_options(command)
     outputs.add_outputs(command, "the motions")
     command.set_defaults(run=run)
 
@@ -155,6 +158,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     for name, wanted in _ONLY.items():
         if getattr(options, name) is not None and way != wanted:
             raise ParameterError(f"--{name.replace('_', '-')} goes with --{wanted} only")
+    proofs.check(options)
     request = shared.Request.of(options)
     if way in ("n", "search"):
         request.need_two_bodies(f"--{way}")
@@ -252,27 +256,38 @@ def _write(
     if shares is not None:
         share_of = [{"share": share} for share in shares]
     heads = {} if shares is None else {"share": ""}
+    proving = proofs.Proving(motions) if proofs.wanted(options) else None
+    tails = {} if proving is None else {"proof": ""}
+    proved: list[dict[str, str]] = [{}] * len(motions)
+    if proving is not None:
+        proved = proving.columns(len(motions))
     write = outputs.Writing()
     if options.csv:
         rows = [
-            share | table.csv_row(motion, options.units)
-            for share, motion in zip(share_of, motions, strict=True)
+            share | table.csv_row(motion, options.units) | proof
+            for share, motion, proof in zip(share_of, motions, proved, strict=True)
         ]
-        names = [*(rows[0] if rows else (*heads, *table.CSV_NAMES))]
+        names = [*(rows[0] if rows else (*heads, *table.CSV_NAMES, *tails))]
         write(outputs.write_csv, options.csv, names, (row.values() for row in rows))
     if options.plot and motions:
         write(_plot, motions, options.plot, options.units)
     printed = [
         {name: f"{part:.4g}" for name, part in share.items()}
         | table.printed_row(motion, options.units)
-        for share, motion in zip(share_of, motions, strict=True)
+        | proof
+        for share, motion, proof in zip(share_of, motions, proved, strict=True)
     ]
-    names = [*(printed[0] if printed else (*heads, *table.PRINTED_NAMES))]
+    names = [*(printed[0] if printed else (*heads, *table.PRINTED_NAMES, *tails))]
     outputs.print_table(
         [names, *([*row.values()] for row in printed)], outputs.summary_stream(options)
     )
+    if proving is not None and options.proof_out is not None:
+        write(proving.write, options.proof_out)
     write.end()
-    return ExitCode.INCOMPLETE if options.plot and not motions else ExitCode.DONE
+    if proving is not None and proving.interrupted is not None:
+        raise proving.interrupted
+    complete = proving is None or proving.complete
+    return ExitCode.DONE if complete and (motions or not options.plot) else ExitCode.INCOMPLETE
 
 
 def _plot(motions: Sequence[Any], path: Path, units: Units | None) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..showing import counted
 from .certificate import exact
-from .result import Proof
+from .result import Disc, Proof
 
 #: Impacts, and rows of matrices, that are printed.
 _MOST = 4
@@ -52,10 +52,16 @@ def statement(proof: Proof) -> str:
     return "\n".join(parts)
 
 
+def _complex(disc: Disc) -> str:
+    center = disc.center
+    return f"{center.real if abs(center.imag) <= disc.radius else center:.15g}"
+
+
 def _multipliers(proof: Proof) -> str:
     largest = max(abs(disc.center) for disc in proof.multipliers)
-    within = max(disc.radius for disc in proof.multipliers) + _SHORTER * largest
-    listed = ", ".join(_complex(disc.center) for disc in proof.multipliers)
+    # an imaginary part that may be 0 is not printed: twice the radius
+    within = 2 * max(disc.radius for disc in proof.multipliers) + _SHORTER * largest
+    listed = ", ".join(map(_complex, proof.multipliers))
     return f"Its multipliers are {listed}, each to within {up(within)}."
 
 
@@ -69,10 +75,6 @@ def _down(bound: float) -> str:
     """A distance in two digits, rounded down."""
     text = f"{bound:.1e}"
     return text if float(text) <= bound else f"{bound / 1.1:.1e}"
-
-
-def _complex(number: complex) -> str:
-    return f"{number.real:.15g}" if number.imag == 0.0 else f"{number:.15g}"
 
 
 def _number(text: str) -> str:

@@ -1,0 +1,107 @@
+"""`vibroimpact check-proof`, and proofs of the motions that `orbits` lists."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ..errors import ParameterError
+from ..orbits import PeriodicMotion
+from ..proof import Proof, check_proof, prove
+from ..structure_motion import StructureOrbit
+from . import options as shared
+from .exit_codes import ExitCode
+
+ABOUT = """\
+Verify the certificate of a proof anew, from the file alone, in ball
+arithmetic: that a periodic motion exists, is the only one near by, strikes in
+its order and nowhere else, and is stable or unstable. Needs python-flint."""
+MORE = """\
+printed: the theorem; or, with exit code 4, why the file proves nothing: it is
+damaged, or was altered so that it claims what is not shown.
+
+example, with the system file of vibroimpact --help:
+  vibroimpact orbits --system fig5b.toml --proof-out proofs
+  vibroimpact check-proof proofs/1_1-1.json"""
+
+
+def add(subparsers: Any) -> None:
+    """Add the command."""
+    command = shared.command(
+        subparsers,
+        "check-proof",
+        summary="verify a saved proof of a motion",
+        about=ABOUT,
+        more=MORE,
+        needs="FILE.json",
+    )
+    command.add_argument("file", type=Path, metavar="FILE.json", help="what --proof-out wrote")
+    command.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> ExitCode:
+    """Verify a certificate and print its theorem."""
+    print(check_proof(options.file).statement)
+    return ExitCode.DONE
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the options with which `orbits` proves its motions."""
+    group = command.add_argument_group("proof")
+    group.add_argument(
+        "--prove", action="store_true", help="prove each motion in ball arithmetic (python-flint)"
+    )
+    group.add_argument(
+        "--proof-out",
+        type=Path,
+        metavar="DIR",
+        help="prove each, and write certificates there, 1_M-N.json ..., for check-proof",
+    )
+
+
+def check(options: argparse.Namespace) -> None:
+    """Refuse proofs of branches, and a place that is no folder, before any work."""
+    if not wanted(options):
+        return
+    if options.follow is not None:
+        raise ParameterError("--prove and --proof-out go without --follow")
+    folder = options.proof_out
+    if folder is not None and folder.exists() and not folder.is_dir():
+        raise ParameterError(f"--proof-out {folder}: not a folder")
+
+
+def wanted(options: argparse.Namespace) -> bool:
+    """Whether motions are to be proved."""
+    return bool(options.prove or options.proof_out is not None)
+
+
+class Proving:
+    """The proofs of some motions; after Ctrl-C those that are done."""
+
+    def __init__(self, motions: Sequence[PeriodicMotion | StructureOrbit]) -> None:
+        self.done: list[Proof] = []
+        self.interrupted: KeyboardInterrupt | None = None
+        try:
+            for motion in motions:
+                self.done.append(prove(motion))
+        except KeyboardInterrupt as error:
+            self.interrupted = error
+        self.complete = all(proof.verdict != "undecided" for proof in self.done)
+
+    def columns(self, count: int) -> list[dict[str, str]]:
+        """The column of each motion."""
+        told = [_told(proof) for proof in self.done]
+        return [{"proof": text} for text in told + ["interrupted"] * (count - len(told))]
+
+    def write(self, folder: Path) -> None:
+        """Write what is shown, a file for each motion."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for number, proof in enumerate(self.done, start=1):
+            if proof.verdict != "undecided":
+                proof.save(folder / f"{number}_{proof.label}.json")
+
+
+def _told(proof: Proof) -> str:
+    if proof.verdict != "proved":
+        return f"{proof.verdict}: {proof.why}"
+    return f"proved, {proof.stability}" if proof.stability != "undecided" else "proved"
