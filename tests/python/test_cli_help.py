@@ -80,7 +80,7 @@ def test_a_column_that_is_not_named_is_noticed():
 @pytest.mark.parametrize("command", cli.COMMANDS, ids=lambda command: command.__name__)
 def test_help_fits_the_terminal(command, capsys):
     with pytest.raises(SystemExit) as stopped:
-        cli.main([command.__name__.rpartition(".")[2], "--help"])
+        cli.main([command.__name__.rpartition(".")[2].replace("_", "-"), "--help"])
     assert stopped.value.code == 0
     text = capsys.readouterr().out
     assert command.ABOUT in text

@@ -19,20 +19,20 @@ from ..errors import ClusterError, ParameterError, ProofError, SimulationError, 
 from . import (
     basins,
     chart,
+    check_proof,
     diagram,
     exit_codes,
     explore,
     lyapunov,
     options,
     orbits,
-    proofs,
     simulate,
     template,
 )
 from .exit_codes import ExitCode
 from .hints import check_words
 
-COMMANDS = (template, simulate, diagram, chart, orbits, basins, lyapunov, proofs, explore)
+COMMANDS = (template, simulate, diagram, chart, orbits, basins, lyapunov, check_proof, explore)
 # Entry points of this group add the commands of other distributions: a module with a function
 # ``add(subparsers)``, which adds a parser and sets its default ``run`` to a function that takes the
 # parsed options and returns an exit code.

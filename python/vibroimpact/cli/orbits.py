@@ -52,7 +52,8 @@ why it ends early. A branch ends where the mirror image of itself would follow.
 columns of the CSV, one row per motion:
 {table.COLUMNS}
 with --prove it ends with
-  proof            proved and stable or unstable, disproved, or undecided, and why
+  proof            proved, and stable or unstable; disproved, or undecided,
+                   and why
 a search begins the row with
   share            part of the starts that end on the motion
 and a branch with

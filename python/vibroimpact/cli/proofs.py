@@ -1,48 +1,13 @@
-"""`vibroimpact check-proof`, and proofs of the motions that `orbits` lists."""
+"""Proofs of the motions that `orbits` lists."""
 
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ..errors import ParameterError
 from ..orbits import PeriodicMotion
-from ..proof import Proof, check_proof, prove
+from ..proof import Proof, prove
 from ..structure_motion import StructureOrbit
-from . import options as shared
-from .exit_codes import ExitCode
-
-ABOUT = """\
-Verify the certificate of a proof anew, from the file alone, in ball
-arithmetic: that a periodic motion exists, is the only one near by, strikes in
-its order and nowhere else, and is stable or unstable. Needs python-flint."""
-MORE = """\
-printed: the theorem; or, with exit code 4, why the file proves nothing: it is
-damaged, or was altered so that it claims what is not shown.
-
-example, with the system file of vibroimpact --help:
-  vibroimpact orbits --system fig5b.toml --proof-out proofs
-  vibroimpact check-proof proofs/1_1-1.json"""
-
-
-def add(subparsers: Any) -> None:
-    """Add the command."""
-    command = shared.command(
-        subparsers,
-        "check-proof",
-        summary="verify a saved proof of a motion",
-        about=ABOUT,
-        more=MORE,
-        needs="FILE.json",
-    )
-    command.add_argument("file", type=Path, metavar="FILE.json", help="what --proof-out wrote")
-    command.set_defaults(run=run)
-
-
-def run(options: argparse.Namespace) -> ExitCode:
-    """Verify a certificate and print its theorem."""
-    print(check_proof(options.file).statement)
-    return ExitCode.DONE
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
