@@ -143,6 +143,22 @@ def test_nothing_was_searched():
         proof.save("nothing.json")
 
 
+def test_an_interrupt_keeps_the_proofs_so_far(monkeypatch):
+    whole, asked = isolating.proved, []
+
+    def proved(motion):
+        asked.append(motion)
+        if len(asked) > 3:
+            raise KeyboardInterrupt
+        return whole(motion)
+
+    monkeypatch.setattr(isolating, "proved", proved)
+    with pytest.raises(vi.Interrupted) as caught:
+        vi.prove(vi.periodic_motions(PAPER))
+    found = caught.value.result
+    assert (found.verdict, found.why, len(found.proofs)) == ("undecided", "interrupted", 3)
+
+
 def certificate(tmp_path):
     path = tmp_path / "all.json"
     solutions_proof().save(path)

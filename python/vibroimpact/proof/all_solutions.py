@@ -52,10 +52,9 @@ class Body:
 
     def steady(self) -> tuple[arb, arb, arb, arb] | None:
         """(x, V) = (p, p') - (b, b') kick: bounds of |p|, |p'| over all phases; b, b'."""
-        try:
-            inverse = self.keeps.inv()
-        except ZeroDivisionError:
+        if not sure(self.keeps.det()):
             return None
+        inverse = self.keeps.inv()
         by_z, load = (inverse * self.drive).tolist(), (inverse * self.load).entries()
         size, speed = ((by_z[i][0] ** 2 + by_z[i][1] ** 2).sqrt() + abs(load[i]) for i in (0, 1))
         return size, speed, inverse[0, 1], inverse[1, 1]
@@ -63,16 +62,12 @@ class Body:
 
 @dataclass(frozen=True)
 class OneImpact:
-    """The conditions (L): numbers by their symbols, oblique contact, the bodies that move."""
+    """The conditions (L): numbers by their symbols, kind of contact, the bodies that move."""
 
     number: Mapping[str, arb]
     oblique: bool
+    wall_rests: bool
     bodies: tuple[Body, ...]
-
-    @property
-    def wall_rests(self) -> bool:
-        """Whether body 2 is a wall at rest."""
-        return len(self.bodies) == 1
 
     @cached_property
     def determinants(self) -> tuple[arb_poly, ...]:
@@ -93,9 +88,8 @@ class OneImpact:
             [*zero, -two.keeps[0, 0], -two.keeps[1, 0], 0],
             [*one.load.entries(), *two.load.entries(), 0],
         ]
-        cosine = [determinant([*columns[:3], side, columns[4]]) for side in sides]
-        sine = [determinant([*columns[:4], side]) for side in sides]
-        return (determinant(columns), *cosine, *sine)
+        swaps = [[*columns[:i], side, *columns[i + 1 :]] for i in (3, 4) for side in sides]
+        return tuple(map(determinant, [columns, *swaps]))
 
     def parts(self, x: Number) -> tuple[Number, Number, Number]:
         """D, Nc and Ns at x1 = x."""
@@ -122,12 +116,12 @@ class OneImpact:
             if sure(self.parts(x)[0]):
                 return 1
             raise Undecided("the conditions leave the drive phase open")
-        (body,) = self.bodies
+        body, rho = self.bodies[0], self.number["rho"]
         if not sure(body.drive.det()):
             raise Undecided("the drive may not move the first body")
         inverse = body.drive.inv()
         fixed = arb_mat([[body.keeps[i, 0] * x - body.load[i, 0]] for i in (0, 1)])
-        by_j = arb_mat([[i - self.number["rho"] * body.keeps[i, 1]] for i in (0, 1)])
+        by_j = arb_mat([[i - rho * body.keeps[i, 1]] for i in (0, 1)])
         (c, c2), (d, d2) = (inverse * fixed).entries(), (inverse * by_j).entries()
         square = d * d + d2 * d2
         if not square > 0:
@@ -202,10 +196,9 @@ def conditions_in(given: Mapping[str, Any]) -> OneImpact:
     """The conditions that a certificate is about."""
     machine, n = machine_in(given["machine"]), given["n"]
     (stop,), size = machine.stops, machine.size
-    if given["machine"]["kind"] != "two bodies" or n not in range(1, 10**6):
+    sound = given["machine"]["kind"] == "two bodies" and stop.friction.is_zero()
+    if not sound or n not in range(1, 10**6):
         raise ProofError("another machine, or n")
-    if not stop.friction.is_zero():
-        raise ProofError("friction")
     flow, bodies = machine.flow(machine.period * n), []
     for rows in ((i, size + i) for i in range(size)):
         keeps = arb_mat([[int(i == j) - flow[i, j] for j in rows] for i in rows])
@@ -213,7 +206,7 @@ def conditions_in(given: Mapping[str, Any]) -> OneImpact:
         bodies.append(Body(keeps, drive, arb_mat([[flow[i, 2 * size]] for i in rows])))
     number = {name: balls_of(x) for name, x in given["machine"]["numbers"].items()}
     number["rho"] = number["r"] / (1 + number["r"])
-    return OneImpact(number, stop.tip, tuple(bodies))
+    return OneImpact(number, stop.tip, size == 1, tuple(bodies))
 
 
 def problem(given: Mapping[str, Any], orbit: Mapping[str, Any]) -> dict[str, Any]:
@@ -225,20 +218,15 @@ def problem(given: Mapping[str, Any], orbit: Mapping[str, Any]) -> dict[str, Any
 def examine_all(given: Mapping[str, Any]) -> tuple[list[Finding], bool]:
     """What is found of the solutions of a certificate, and whether none lies outside its range.
 
-    `cuts`, rising, part the range of x1 into intervals; `holds` are the solutions in each.
-
-    Raises
-    ------
-    Undecided : it is not shown that these are all
-    ProofError, KeyError, TypeError, ValueError : the certificate is damaged
+    `cuts`, rising, part the range of x1 into intervals; `holds` are the solutions in each. Raises
+    Undecided where it is not shown that these are all.
     """
     cuts, holds, orbits = numbers(given["cuts"]), given["holds"], given["orbits"]
     intervals = list(pairwise(cuts))
     used = sorted(k for inner in holds for k in inner)
-    if not (intervals and all(low < high for low, high in intervals)):
-        raise ProofError("intervals")
-    if len(intervals) != len(holds) or used != list(range(len(orbits))):
-        raise ProofError("solutions in intervals")
+    rising = intervals and all(low < high for low, high in intervals)
+    if not rising or len(intervals) != len(holds) or used != list(range(len(orbits))):
+        raise ProofError("intervals, or the solutions in them")
     findings = [examine(problem(given, orbit)) for orbit in orbits]
     with ctx.workprec(int(given["precision"])):
         equations = conditions_in(given)
