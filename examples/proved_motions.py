@@ -71,7 +71,9 @@ def system_at_random(random: np.random.Generator) -> Drawn:
         force_amplitude=one_of(0.0, 0.0, random.uniform(0.0, 2.0)),
         static_moment=one_of(0.0, 0.0, random.uniform(-0.5, 0.5)),
         static_force=one_of(0.0, 0.0, 0.0, random.uniform(-0.5, 0.5)),
-        friction=0.0 if direct else one_of(0.0, random.uniform(0.02, 1.2), random.uniform(0.02, 1.2)),
+        friction=0.0
+        if direct
+        else one_of(0.0, random.uniform(0.02, 1.2), random.uniform(0.02, 1.2)),
         contact="direct" if direct else "oblique",
         law=str(random.choice(["poisson", "newton", "energetic"])),
     )

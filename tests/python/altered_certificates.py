@@ -144,7 +144,9 @@ def places_of_values(content: Problem) -> list[tuple[Any, ...]]:
     every = places(content)
     by_part: dict[Any, list[tuple[Any, ...]]] = {}
     for path in every:
-        by_part.setdefault(path[:2] if path[0] in ("machine", "claims") else path[0], []).append(path)
+        by_part.setdefault(path[:2] if path[0] in ("machine", "claims") else path[0], []).append(
+            path
+        )
     most = max(map(len, by_part.values()))
     return [path for part in by_part.values() for path in part * max(1, most // len(part))]
 

@@ -1,8 +1,8 @@
 """Candidates of periodic motions that are wrong, for attempts at a false proof.
 
-A candidate is the problem of a certificate: a machine, m, legs, and a box about nodes. Whether it is
-a motion is judged by simulation, which shares nothing with the proof: from the first node, over m
-drive periods, it must meet the same stops in the same regimes at the same times.
+A candidate is the problem of a certificate: a machine, m, legs, and a box about nodes. Whether it
+is a motion is judged by simulation, which shares nothing with the proof: from the first node, over
+m drive periods, it must meet the same stops in the same regimes at the same times.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from flint import arb, arb_mat, ctx, fmpq
+from flint import arb, arb_mat, ctx
 
 import references
 import vibroimpact as vi
 from vibroimpact.proof.certificate import REGIMES, exact, examine, machine_in
 from vibroimpact.proof.formulas import Undecided
-from vibroimpact.proof.posing import legs_of, machine_of, nodes_of, text
+from vibroimpact.proof.posing import legs_of, machine_in_text, nodes_of, text
 from vibroimpact.proof.verifier import Orbit, near_inverse
 from vibroimpact.system import SYMBOLS
 
@@ -48,7 +48,7 @@ def problem_of(motion: Any) -> Problem:
     """The problem that a motion poses, without box."""
     legs = legs_of(motion)
     assert not isinstance(legs, str)
-    return {"machine": machine_of(motion), "m": motion.m, "legs": legs, "precision": PRECISION}
+    return {"machine": machine_in_text(motion), "m": motion.m, "legs": legs, "precision": PRECISION}
 
 
 def orbit_of(problem: Problem) -> Orbit:
@@ -162,7 +162,7 @@ def is_motion(problem: Problem, z: Any) -> bool:
         after = nodes[(k + 1) % len(legs)]
         whole = problem["m"] * system.drive_period if k == len(legs) - 1 else 0.0
         time = after[-1] + whole - nodes[0, -1]
-        same = abs(hit["time"] - time) < NEAR and REGIMES[hit["regime"]] == regime
+        same = abs(hit["time"] - time) < NEAR and vi.Regime(hit["regime"]).name.lower() == regime
         names = ("x1", "x2", "v1_post", "v2_post") if size == 2 else ("x1", "v1_post")
         if two:
             state = [hit[name] for name in names]
@@ -270,7 +270,7 @@ def humps(problem: Problem, z: list[arb], other: int | None = None) -> list[arb]
     orbit, found = orbit_of(problem), []
     machine, n = orbit.machine, orbit.machine.size
     stop = machine.stops[other or 0]
-    for k, flight in enumerate(orbit.flights(z)):
+    for flight in orbit.flights(z):
         pieces = 400
         duration = flight.duration.mid()
         step, w = machine.flow(duration / pieces), flight.start
@@ -285,7 +285,6 @@ def humps(problem: Problem, z: list[arb], other: int | None = None) -> list[arb]
                     low, high = (middle, high) if rising else (low, middle)
                 found.append(stop.gap((machine.flow(low.mid()) * flight.start).entries()).mid())
             w = arb_mat(w.nrows(), 1, [x.mid() for x in (step * w).entries()])
-        del k
     return found
 
 
@@ -323,9 +322,9 @@ def beside_a_graze(seed: int, depth: float) -> Iterator[tuple[Problem, Any]]:
             continue
         for motion in vi.periodic_motions(system, n=1):
             # a solution whose gap nearly touches 0 between impacts, or just crosses it
-            if motion.legs and abs(motion.max_gap) < 0.2 and motion.approach_velocity > 0:
-                if found := _at_height(motion, depth):
-                    yield found
+            near = motion.legs and abs(motion.max_gap) < 0.2 and motion.approach_velocity > 0
+            if near and (found := _at_height(motion, depth)):
+                yield found
 
 
 def _at_height(motion: Any, depth: float) -> tuple[Problem, Any] | None:
@@ -472,6 +471,3 @@ def off_the_box(seed: int, certificates: list[Problem]) -> Iterator[tuple[Proble
                 for x, r, m, s, yes in zip(z, widths, by, signs, moved, strict=True)
             ]
         yield {**copy.deepcopy(given), "box": box}, [float(x) for x in z]
-
-
-__all__ = ["DEPTH", "KINDS", "fmpq"]

@@ -244,9 +244,9 @@ def impact(
     )
     v, u, a = w[n : 2 * n], stop.rate(w, n), dot(normal, by_normal)
     shown: list[Condition] = [(plain(u), "the bodies do not approach")]
+    if (regime == "frictionless") != plain(mu).is_zero():
+        raise Undecided("an impact is frictionless where friction is 0, and only there")
     if regime == "frictionless":
-        if not plain(mu).is_zero():
-            raise Undecided("a stop with friction has no impact without")
         impulse, tangential = (1 + r) * u / a, arb(0)
     else:
         s, b, c = dot(tangent, v), dot(normal, by_tangent), dot(tangent, by_tangent)
