@@ -48,7 +48,7 @@ class Claim:
 
     `residual` is that of `PeriodReport`, or of `PeriodicMotion` for an algebraic solution, None
     without a period; `figure` is None for a conclusion. `decided_by` is the evidence on which the
-    verdict depends, `details` are further numbers, perhaps none.
+    verdict depends, `details` are further numbers, perhaps none; `theorem` says what is proved.
     """
 
     id: str
@@ -62,11 +62,13 @@ class Claim:
     decided_by: str
     details: str
     command: str
+    theorem: str = ""
 
     @property
     def evidence(self) -> str:
         """The whole evidence."""
-        return "; ".join(filter(None, (self.decided_by, self.details)))
+        shown = f"theorem: {self.theorem}" if self.theorem else ""
+        return "; ".join(filter(None, (self.decided_by, self.details, shown)))
 
 
 def references() -> dict[str, dict[str, Any]]:

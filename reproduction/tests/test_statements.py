@@ -11,7 +11,8 @@ import pytest
 
 import repository
 import sizes
-from han_jin_hu_2004 import printed_impact
+import vibroimpact as vi
+from han_jin_hu_2004 import printed_impact, theorems
 from han_jin_hu_2004.claims import Claim
 from han_jin_hu_2004.statements import (
     GROUPS,
@@ -50,8 +51,11 @@ def read_page() -> dict[str, Claim]:
     for (cells, command), statement in zip(rows, STATEMENTS.values(), strict=True):
         says, place, found, verdict = map(shown, re.split(r" (?<!\\)\| ", cells))
         assert command == statement.command
+        verdict, _, mark = verdict.partition(", [theorem](proofs.md)")
+        assert not mark
         word = re.sub(r"^\[(.*)\]\(.*\)$", r"\1", verdict)
         (kind,) = [kind for kind, name in WORDS.items() if name == word]
+        decided_by, _, theorem = shown(evidence.get(statement.id, found)).partition("; theorem: ")
         claims[statement.id] = Claim(
             id=statement.id,
             figure=statement.figure,
@@ -61,9 +65,10 @@ def read_page() -> dict[str, Claim]:
             residual=None,
             reference={},
             verdict=kind,
-            decided_by=shown(evidence.get(statement.id, found)),
+            decided_by=decided_by,
             details="",
             command=command,
+            theorem=theorem,
         )
     return claims
 
@@ -83,6 +88,59 @@ def test_the_committed_page_is_what_the_package_writes():
     for name, claim in WRITTEN.items():
         assert claim.paper_says == STATEMENTS[name].says
         assert claim.source == f"{SOURCE}, {STATEMENTS[name].place}"
+
+
+THEOREMS = {
+    "fig5a": ["1-1"],
+    "fig5b": ["1-1"],
+    "fig5c": ["2-1"],
+    "fig6a": ["1-2"],
+    "fig6b": ["2-4"],
+    "fig6c": ["8-6"],
+    "fig9-1": ["1-3"],
+    "fig9-3": ["6-7", "4-5"],
+    "fig9-4": ["154-77"],
+}
+"""What the page says is proved."""
+
+
+def proved(theorem: str) -> list[str]:
+    """The stable motions that a theorem is about."""
+    return re.findall(r"the (\d+-\d+) motion exists, [^;]* and is stable,", theorem)
+
+
+def test_the_page_marks_what_is_proved():
+    assert {name: proved(claim.theorem) for name, claim in WRITTEN.items() if claim.theorem} == (
+        THEOREMS
+    )
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in THEOREMS if name not in ("fig9-3", "fig9-4") or sizes.THOROUGH]
+)
+def test_the_theorems_of_the_page_are_proved_again(name):
+    pytest.importorskip("flint")
+    claim = STATEMENTS[name].evaluate()
+    assert proved(claim.theorem) == THEOREMS[name]
+    assert ", [theorem](proofs.md) |" in page.row(claim)
+
+
+def test_without_flint_nothing_is_marked(monkeypatch):
+    def missing(motion):
+        raise ImportError("python-flint")
+
+    monkeypatch.setattr(theorems, "prove", missing)
+    claim = STATEMENTS["fig5a"].evaluate()
+    assert (claim.verdict, claim.theorem) == ("reproduced", "")
+    assert "theorem]" not in page.row(claim)
+
+
+def test_what_is_not_proved_is_not_marked(monkeypatch):
+    def open_still(motion):
+        return vi.Proof(verdict="undecided", why="nothing", label=motion.label)
+
+    monkeypatch.setattr(theorems, "prove", open_still)
+    assert STATEMENTS["fig5a"].evaluate().theorem == ""
 
 
 def words(text: str) -> str:

@@ -135,7 +135,11 @@ def is_motion(problem: Problem, z: Any) -> bool:
     """Whether simulation confirms a candidate."""
     machine, legs = problem["machine"], problem["legs"]
     nodes = np.array([float(x) for x in np.ravel(z)]).reshape(len(legs), -1)
-    two = machine["kind"] == "two bodies"
+    two, count = machine["kind"] == "two bodies", len(legs)
+    for shift in range(1, count):
+        again = problem["m"] * shift % count == 0 and legs == legs[shift:] + legs[:shift]
+        if again and np.abs(np.roll(nodes, -shift, 0) - nodes)[:, :-1].max() < NEAR:
+            return False  # it has a shorter period
     omega = number(machine["numbers"]["omega"] if two else machine["drive_frequency"])
     try:
         system = built(machine, omega * nodes[0, -1])
@@ -155,12 +159,12 @@ def is_motion(problem: Problem, z: Any) -> bool:
         run = vi.simulate(system, initial=start, periods=problem["m"] + 1, keep=problem["m"] + 1)
     except (vi.SimulationError, ValueError):
         return False
-    hits = run.impacts[: len(legs)]
-    if len(hits) < len(legs):
+    hits = run.impacts[:count]
+    if len(hits) < count:
         return False
     for k, (hit, (stop, regime)) in enumerate(zip(hits, legs, strict=True)):
-        after = nodes[(k + 1) % len(legs)]
-        whole = problem["m"] * system.drive_period if k == len(legs) - 1 else 0.0
+        after = nodes[(k + 1) % count]
+        whole = problem["m"] * system.drive_period if k == count - 1 else 0.0
         time = after[-1] + whole - nodes[0, -1]
         same = abs(hit["time"] - time) < NEAR and vi.Regime(hit["regime"]).name.lower() == regime
         names = ("x1", "x2", "v1_post", "v2_post") if size == 2 else ("x1", "v1_post")

@@ -101,7 +101,8 @@ def machine_in(given: Mapping[str, Any], place: Sequence[Any] = (), value: Any =
         owner[place[-1]] = value
     if given["kind"] == "two bodies":
         some = {name: plain(x) for name, x in parts.items()}
-        need(some["omega"] > 0 and some["mbar"] >= 0 and some["mu"] >= 0, "parameters below 0")
+        least = ("mbar", "mu", "omega0", "zeta1", "zeta2")
+        need(some["omega"] > 0 and all(some[x] >= 0 for x in least), "parameters below 0")
         need(0 <= some["r"] <= 1, "a restitution outside [0, 1]")
         rests = given["wall_rests"]
         need(not rests or (some["mbar"] == 0 and some["f2"] == 0), "a wall that does not rest")

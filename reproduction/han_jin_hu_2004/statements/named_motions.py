@@ -1,8 +1,11 @@
 """Figs. 5, 6, 9 and 10: the motions that captions name, from the paper's start."""
 
+from dataclasses import replace
+
 from .. import motions
 from ..claims import Claim, evaluate
 from ..parameters import Motion
+from ..theorems import theorem
 from .diagrams import MOTION
 from .statement import Statement, stated
 
@@ -28,7 +31,8 @@ def _statement(motion: Motion) -> Statement:
     )
     def judge() -> Claim:
         shown = motions.simulated(motion)
-        return evaluate(motion, shown.run, coexistence=shown.other, long_run=shown.long_run)
+        made = evaluate(motion, shown.run, coexistence=shown.other, long_run=shown.long_run)
+        return replace(made, theorem=theorem(shown))
 
     return judge
 

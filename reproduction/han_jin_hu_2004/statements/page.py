@@ -39,6 +39,10 @@ How far the verdicts go:
   frequency will do.
 - Only the text of the paper was at hand, not its pictures: how they look is not decided.
 - Corrections are explained with the [errata](theory.md#8-errata-of-the-paper), E1 to E15.
+- A *theorem*: the motions that the computation found are proved in ball arithmetic, existence,
+  order of impacts and stability, for the parameters as doubles ([how](proofs.md)). It needs
+  python-flint; without it the mark is left out. That a motion is reached from the paper's start,
+  and that other motions are chaotic, is not proved.
 - Under the impact law as printed some motions are lost because its friction drives the slip where
   sin theta < 0. The evidence says where this bears on a verdict.
 - Counts and states that rest on chaotic motions, or on undamped ones over thousands of drive
@@ -93,6 +97,8 @@ def row(claim: Claim) -> str:
     verdict = WORDS[claim.verdict]
     if statement.page and claim.verdict != "reproduced":
         verdict = f"[{verdict}]({statement.page})"
+    if claim.theorem:
+        verdict += ", [theorem](proofs.md)"
     cells = (
         statement.says,
         statement.place,

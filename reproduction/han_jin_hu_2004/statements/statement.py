@@ -87,6 +87,7 @@ class Statement:
             decided_by=made.decided_by if isinstance(made, Claim) else made.evidence,
             details=made.details if isinstance(made, Claim) else "",
             command=by_hand or self.command,
+            theorem=made.theorem if isinstance(made, Claim) else "",
         )
 
 
