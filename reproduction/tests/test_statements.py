@@ -51,8 +51,8 @@ def read_page() -> dict[str, Claim]:
     for (cells, command), statement in zip(rows, STATEMENTS.values(), strict=True):
         says, place, found, verdict = map(shown, re.split(r" (?<!\\)\| ", cells))
         assert command == statement.command
-        verdict, _, mark = verdict.partition(", [theorem](proofs.md)")
-        assert not mark
+        verdict, _, after = verdict.partition(", [theorem](proofs.md)")
+        assert not after
         word = re.sub(r"^\[(.*)\]\(.*\)$", r"\1", verdict)
         (kind,) = [kind for kind, name in WORDS.items() if name == word]
         decided_by, _, theorem = shown(evidence.get(statement.id, found)).partition("; theorem: ")
