@@ -297,6 +297,7 @@ def test_files_hold_every_field():
         "decided_by",
         "details",
         "command",
+        "theorem",
     ]
     text = claims.to_markdown([claim])
     row = f"| Fig. 9(1) | 1-3 | 1-3 | {claim.residual:.1e} | 1-3 | reproduced |"
