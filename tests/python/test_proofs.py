@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import repository
 import vibroimpact as vi
 from small_results import START
 from struck import MIRRORED, REST, orbit
@@ -110,6 +111,13 @@ def test_statement_says_what_is_shown():
     assert f"x1 = {center[0, 0]:.17g}" in text
     assert radius.max() < 1e-15
     assert 1e-3 < proved().unique_within < 0.1
+
+
+def test_the_theorem_on_the_page_is_the_one_that_is_shown():
+    page = (repository.root() / "docs" / "proofs.md").read_text(encoding="utf-8")
+    quoted = page[page.index("> **Theorem.**") :].partition("\n\n")[0].splitlines()
+    printed = " ".join(" ".join(line[1:] for line in quoted).split())
+    assert printed == " ".join(proved().statement.replace("Theorem.", "**Theorem.**", 1).split())
 
 
 def test_numbers_of_the_result_are_bounds_of_those_of_the_certificate():

@@ -39,7 +39,7 @@ def statement(proof: Proof) -> str:
     parts = [
         f"Theorem. {machine} It has a motion that repeats after {periods} with {count}, and meets "
         f"no stop at any other time. Regimes: {_regimes(given)}. Just after the impacts its state "
-        f"is\n{_nodes(proof)}",
+        f"is\n{_nodes(proof)}.",
         "No other solution with the same order of impacts and regimes lies within "
         f"{within} of these numbers.",
     ]
@@ -148,5 +148,5 @@ def _nodes(proof: Proof) -> str:
         within = up(float(bound.max() + PRINTED * abs(row).max()))
         lines.append(f"  {numbers}, each to within {within}")
     if len(center) > _MOST:
-        lines.append(f"  and so on, {len(center)} states in all, those of the certificate.")
+        lines.append(f"  and so on, {len(center)} states in all, those of the certificate")
     return "\n".join(lines)
