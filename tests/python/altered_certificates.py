@@ -1,7 +1,8 @@
 """Certificates of proofs that are altered, and whether what they then state is true.
 
-What is judged shares nothing with the proof: the motion by simulation, its multipliers by Newton's
-method in double precision, the text by reading its numbers.
+The motion is judged by simulation, which shares nothing with the proof, and the text by reading its
+numbers. How far a solution is alone is compared with the box of the problem. Multipliers and
+stability that a certificate claims are not computed again here.
 """
 
 from __future__ import annotations

@@ -394,8 +394,8 @@ def wrong_sequence(seed: int, motions: list[Any]) -> Iterator[tuple[Problem, Any
         yield problem, start if z is None else z
 
 
-def beyond_saddle_nodes(seed: int) -> Iterator[tuple[Problem, Any, Problem]]:
-    """Problems 1e-9 beyond a saddle-node in omega, nodes there, and the problem 1e-9 before it."""
+def beyond_saddle_nodes(seed: int) -> Iterator[tuple[Problem, Any, Problem, Any]]:
+    """Problems 1e-9 beyond a saddle-node in omega, and before it, with nodes of each."""
     for system in systems(seed):
         few, many = system.drive_frequency, system.drive_frequency * 1.02
         counts = [len(_solutions(system, x)) for x in (few, many)]
@@ -419,7 +419,7 @@ def _solutions(system: vi.System, omega: float) -> list[vi.PeriodicMotion]:
     return [motion for motion in found if motion.legs]
 
 
-def _fold(system: vi.System, few: float, many: float) -> tuple[Problem, Any, Problem] | None:
+def _fold(system: vi.System, few: float, many: float) -> tuple[Problem, Any, Problem, Any] | None:
     """The fold by the squared distance of its two solutions, which is linear in omega there."""
     inner = _solutions(system, many)
     pairs = [(a, b) for a in inner for b in inner if a is not b]
@@ -431,7 +431,7 @@ def _fold(system: vi.System, few: float, many: float) -> tuple[Problem, Any, Pro
         omega = arb(many)
         other = (omega + (omega - few)).mid()
         starts: list[Any] = [nodes_of(motion) for motion in pair]
-        fold = None
+        fold, first = None, None
         for _ in range(4):
             squares = []
             for value in (other, omega):
@@ -443,18 +443,20 @@ def _fold(system: vi.System, few: float, many: float) -> tuple[Problem, Any, Pro
                 squares.append((one[0] - two[0]) ** 2)
                 if squares[-1] < arb(2) ** -100:
                     return None
-            starts = [one, two]
+            starts, first = [one, two], squares[1] if first is None else first
             fold = omega - squares[1] * (other - omega) / (squares[0] - squares[1])
             # as far again, a tenth of the way
             other, omega = (fold + (other - fold) / 16).mid(), (fold + (omega - fold) / 16).mid()
         assert fold is not None
+        if not squares[1] < first / 1000:  # 1/16 a step: the two meet here
+            return None
         sign = 1 if omega > fold else -1
         sides = []
         for away in (-sign, sign):
             problem["machine"]["numbers"]["omega"] = text((fold + away * arb(DEPTH)).mid())
             sides.append(copy.deepcopy(problem))
         z = [((x + y) / 2).mid() for x, y in zip(*starts, strict=True)]
-    return sides[0], z, sides[1]
+    return sides[0], z, sides[1], starts[0]
 
 
 def off_the_box(seed: int, certificates: list[Problem]) -> Iterator[tuple[Problem, Any]]:
