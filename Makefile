@@ -33,7 +33,7 @@ SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
 .PHONY: help figures claims gallery errata schematic words pictures notebook animation test reference lint bench instructions instructions-update stress docs ci audit clean
-.PHONY: tools lint-rust lint-python rust-tests python-tests test-browser quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
+.PHONY: tools lint-rust lint-python test-browser quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
@@ -110,16 +110,7 @@ animation: $(PACKAGE)
 # file share fixtures; a process that has done its part takes over some of another's.
 IN_PARALLEL ?= -n auto --dist worksteal
 # Or each of the interpreters that tests start would compile the package anew.
-test python-tests quick quick-update: export PYTHONDONTWRITEBYTECODE :=
-
-CARGO_TESTS := cargo test --locked --lib --tests && cargo test --locked --doc
-PYTHON_TESTS = $(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
-
-rust-tests: | check-tools
-	$(CARGO_TESTS)
-
-python-tests: $(INSTALLED)
-	$(PYTHON_TESTS)
+test quick quick-update: export PYTHONDONTWRITEBYTECODE :=
 
 test: | rust-tests-begun $(INSTALLED)
 	@waits=0; while kill -0 "$$(cat $(RUST_TESTS).pid)" 2>/dev/null; do \
@@ -127,7 +118,7 @@ test: | rust-tests-begun $(INSTALLED)
 		test $$((waits % 150)) -ne 0 || echo 'Rust tests: still building or running, see $(RUST_TESTS).log'; \
 	done
 	@cat $(RUST_TESTS).log && test -e $(RUST_TESTS).passed
-	$(PYTHON_TESTS)
+	$(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
 
 # The tests in Rust are built and run while the environment is built, which is mostly waiting for pip
 # and for the linker of the extension. Their output follows when both are done.
@@ -136,7 +127,7 @@ RUST_TESTS := target/rust-tests
 rust-tests-begun: | check-tools
 	@mkdir -p target && rm -f $(RUST_TESTS).passed
 	@echo 'Rust tests: built and run in the background, output follows ($(RUST_TESTS).log)'
-	@($(CARGO_TESTS) && touch $(RUST_TESTS).passed) \
+	@(cargo test --locked --lib --tests && cargo test --locked --doc && touch $(RUST_TESTS).passed) \
 		>$(RUST_TESTS).log 2>&1 & echo $$! >$(RUST_TESTS).pid
 
 # In a real browser: needs Debian's packages chromium and chromium-driver. A part of `make test`, too,

@@ -142,8 +142,8 @@ class Proof(FixedArrays, Shown):
 
         Examples
         --------
-        >>> proof.statement.startswith("Theorem.")
-        True
+        >>> print(proof.statement.splitlines()[3])
+        It is asymptotically stable: all multipliers lie inside the unit circle.
         """
         text: str = verb("proof_statement")(self)
         return text

@@ -101,8 +101,8 @@ class SolutionsProof(Shown):
 
         Examples
         --------
-        >>> everything.statement.startswith("Theorem.")
-        True
+        >>> print(everything.statement.splitlines()[9])
+        The other solutions of the conditions of periodicity are no motions:
         """
         text: str = verb("solutions_statement")(self)
         return text

@@ -10,6 +10,7 @@ passes.py to say.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from array import array
 from collections.abc import Callable, Sequence
 from typing import TypeVar
@@ -88,9 +89,9 @@ class Watched(Samples[S]):
         except Undecided:
             return None
 
+    @abstractmethod
     def _look(self, until: arb, state: Callable[[arb], S]) -> None:
         """Rough values before `until`."""
-        raise NotImplementedError
 
     def _take_down(self, time: float, state: Callable[[arb], S]) -> bool:
         """One look; whether there is a state."""
