@@ -64,7 +64,18 @@ if TYPE_CHECKING:
         switch_branch,
         unstable_manifold,
     )
-    from .proof import Disc, Proof, ProofBox, SolutionsProof, check_proof, prove
+    from .proof import (
+        BranchProof,
+        Disc,
+        Proof,
+        ProofBox,
+        ProvedBifurcation,
+        ProvedStretch,
+        SolutionsProof,
+        Unproved,
+        check_proof,
+        prove,
+    )
     from .run_in_si import RunInSI
     from .single_impact import MotionMap, PeriodicMotions, Undecided, periodic_motions
     from .single_impact.motion_map import motion_map
@@ -106,7 +117,10 @@ else:
             periodic_motion search_motions stability_region switch_branch unstable_manifold
         """,
         "plot": "",
-        "proof": "Disc Proof ProofBox SolutionsProof check_proof prove",
+        "proof": """
+            BranchProof Disc Proof ProofBox ProvedBifurcation ProvedStretch SolutionsProof Unproved
+            check_proof prove
+        """,
         "run_in_si": "RunInSI",
         "single_impact": """
             MotionMap PeriodicMotions Undecided motion_map periodic_motions
@@ -153,6 +167,7 @@ __all__ = [
     "Bounces",
     "BouncesEnd",
     "Branch",
+    "BranchProof",
     "Chart",
     "ClusterError",
     "Diagram",
@@ -180,6 +195,8 @@ __all__ = [
     "Proof",
     "ProofBox",
     "ProofError",
+    "ProvedBifurcation",
+    "ProvedStretch",
     "Regime",
     "Run",
     "RunInSI",
@@ -200,6 +217,7 @@ __all__ = [
     "System",
     "Table",
     "Undecided",
+    "Unproved",
     "UnstableManifold",
     "Verification",
     "__version__",

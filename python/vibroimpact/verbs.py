@@ -30,6 +30,7 @@ Verb = Literal[
     "motion_of",
     "motions_at",
     "own_image",
+    "branch_statement",
     "proof_statement",
     "read_basins",
     "read_branch",
@@ -45,6 +46,7 @@ Verb = Literal[
     "write_basins",
     "write_branch",
     "write_motion",
+    "write_branch_proof",
     "write_proof",
     "write_solutions_proof",
 ]
@@ -64,6 +66,7 @@ VERBS: Final[dict[Verb, str]] = {
     "motion_of": "orbits.machines:motion_of",
     "motions_at": "orbits.points:motions_at",
     "own_image": "orbits.mirror:own_image",
+    "branch_statement": "proof.branch_statement:branch_statement",
     "proof_statement": "proof.statement:statement",
     "read_basins": "sweeps.basins.files:read_basins",
     "read_branch": "orbits.branch_files:read_branch",
@@ -79,6 +82,7 @@ VERBS: Final[dict[Verb, str]] = {
     "write_basins": "sweeps.basins.files:write_basins",
     "write_branch": "orbits.branch_files:write_branch",
     "write_motion": "orbits.files:write_motion",
+    "write_branch_proof": "proof.branch_files:write_branch_proof",
     "write_proof": "proof.files:write_proof",
     "write_solutions_proof": "proof.solutions_files:write_solutions_proof",
 }

@@ -29,35 +29,43 @@ class Dual:
     slope: Number
 
     def __getitem__(self, place: int) -> Number:
+        """The value, or the slope."""
         return self.slope if place else self.value
 
     def __add__(self, other: object) -> Dual:
+        """The sum."""
         value, slope = _parts(other)
         return Dual(self.value + value, self.slope + slope)
 
     __radd__ = __add__
 
     def __neg__(self) -> Dual:
+        """The opposite."""
         return Dual(-self.value, -self.slope)
 
     def __sub__(self, other: object) -> Dual:
+        """The difference."""
         return self + -other  # type: ignore[operator]
 
     def __rsub__(self, other: object) -> Dual:
+        """The difference."""
         return -self + other
 
     def __mul__(self, other: object) -> Dual:
+        """The product."""
         value, slope = _parts(other)
         return Dual(self.value * value, self.value * slope + self.slope * value)
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: object) -> Dual:
+        """The ratio."""
         value, slope = _parts(other)
         ratio = self.value / value
         return Dual(ratio, (self.slope - ratio * slope) / value)
 
     def __rtruediv__(self, other: object) -> Dual:
+        """The ratio."""
         return Dual(*_parts(other)) / self
 
     def sin(self) -> Dual:

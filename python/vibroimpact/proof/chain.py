@@ -1,17 +1,23 @@
-"""Verify a branch: tubes that are joined, and what holds of the motions in them."""
+"""Verify a branch: tubes that are joined, and what holds of the motions in them.
+
+The arc of a branch in a tube goes on in the next one: the point at which the first is left lies
+inside the second, where the solution in each plane is unique. Where the parameter rises all along
+an arc, each of its values belongs to one point of the arc.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import groupby
 from typing import Any
 
 from flint import arb, ctx
 
 from ..errors import ProofError
-from .certificate import REGIMES, balls_of, exact, machine_in
-from .formulas import Undecided
+from .certificate import SYMBOLS, balls_of, exact, machine_in
+from .formulas import REGIMES, Undecided
 from .tube import TERMS, Family, Slice, Tube, image, point_at, slices
 
 #: Parts of a tube that are looked at by themselves.
@@ -20,7 +26,7 @@ _MOST_SLICES = 64
 
 @dataclass(frozen=True)
 class Stretch:
-    """Of each parameter between `lo` and `hi`, exclusive, one motion, with one verdict."""
+    """Of each value of the parameter from `lo` to `hi` one solution, and one verdict."""
 
     lo: arb
     hi: arb
@@ -30,132 +36,153 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Enclosed:
-    """A bifurcation between two parameters."""
+class Between:
+    """A bifurcation between two values of the parameter."""
 
     kind: str
-    lo: arb
-    hi: arb
-    why: str = ""
-
-
-@dataclass(frozen=True)
-class Open:
-    """Parameters of which not everything is shown, and why."""
-
     lo: arb
     hi: arb
     why: str
 
 
-def family_of(given: Mapping[str, Any]) -> Family:
-    """The family of a certificate."""
-    legs = tuple((stop, regime) for stop, regime in given["legs"])
-    if not legs or any(regime not in REGIMES for _, regime in legs) or given["m"] not in range(1, 10**6):
-        raise ProofError("legs or m")
-    return Family(partial(machine_in, given["machine"], given["parameter"]), given["m"], legs)
+@dataclass(frozen=True)
+class Shown:
+    """What is shown along a chain, and reasons for what is not, with ranges of the parameter."""
+
+    stretches: list[Stretch]
+    bifurcations: list[Between]
+    open: list[tuple[arb, arb, str]]
+    whole: tuple[arb, arb] | None = None
 
 
-def tube_in(given: Mapping[str, Any]) -> Tube:
+def family_of(machine: Mapping[str, Any], place: Sequence[Any], piece: Mapping[str, Any]) -> Family:
+    """The family of a piece of a certificate."""
+    legs = tuple((stop, regime) for stop, regime in piece["legs"])
+    count = 1 if machine["kind"] == "two bodies" else len(machine["stops"])
+    known = all(regime in REGIMES and stop in range(count) for stop, regime in legs)
+    if not (known and legs and piece["m"] in range(1, 10**6) and place):
+        raise ProofError("legs, m or parameter")
+    if machine["kind"] == "two bodies":
+        # a wall at rest has no mass and no drive, whatever the value
+        fixed = ("mbar", "f2") if machine["wall_rests"] else ()
+        if len(place) != 1 or place[0] not in SYMBOLS or place[0] in fixed:
+            raise ProofError("a parameter that is none")
+    return Family(partial(machine_in, machine, place), piece["m"], legs)
+
+
+def tube_in(given: Mapping[str, Any], size: int) -> Tube:
     """A tube of a certificate."""
     line, radius = balls_of(given["line"]), balls_of(given["radius"])
     half = arb(exact(given["half"]))
-    if not (half > 0 and all(r > 0 for r in radius)):
+    if not (half > 0 and all(r > 0 for r in radius) and len(radius) == size):
         raise ProofError("a tube without room")
-    if not (2 <= len(line) <= TERMS and all(len(row) == len(radius) for row in line)):
+    if not (2 <= len(line) <= TERMS and all(len(row) == size for row in line)):
         raise ProofError("a line of another size")
     return Tube(line, half, radius)
 
 
-def examine_chain(given: Mapping[str, Any]) -> list[Slice]:
-    """What is shown along a chain of tubes.
+def examine_chain(
+    machine: Mapping[str, Any], place: Sequence[Any], piece: Mapping[str, Any], precision: int
+) -> Shown:
+    """Find out what holds along a chain of tubes.
 
     Raises
     ------
     Undecided : a tube holds no branch, or two are not joined
+    ProofError, KeyError, TypeError, ValueError : the certificate is damaged
     """
-    with ctx.workprec(int(given["precision"])):
-        family, told = family_of(given), []
-        tubes = [tube_in(one) for one in given["tubes"]]
-        counts = [one["slices"] for one in given["tubes"]]
-        lo, before = -tubes[0].half, None
-        for place, (tube, count) in enumerate(zip(tubes, counts, strict=True)):
+    with ctx.workprec(precision):
+        family, told, before = family_of(machine, place, piece), [], None
+        size = len(family.legs) * (2 * family.at(_own(machine, place)).machine.size + 1) + 1
+        for given in piece["tubes"]:
+            tube, count, until = tube_in(given, size), given["slices"], arb(exact(given["until"]))
             if count not in range(1, _MOST_SLICES + 1):
                 raise ProofError("slices")
             found = image(family, tube)
             if not found.inside:
                 raise Undecided("Krawczyk's operator does not contract in a tube")
-            if before is not None:
-                lo = joint(tube, before)
-            hi = tube.half if place == len(tubes) - 1 else arb(exact(given["tubes"][place]["until"]))
-            if not (lo < hi and hi <= tube.half):
+            lo = -tube.half if before is None else tube.place(before)
+            if lo is None or not (lo < until and until <= tube.half):
                 raise Undecided("two tubes are not joined")
-            told += slices(family, tube, found, count, lo, hi)
-            before = point_at(family, tube, found, hi)
-        return told
+            told += slices(family, tube, found, count, lo, until)
+            before = point_at(family, tube, found, until)
+        return summary(told)
 
 
-def joint(tube: Tube, point: Sequence[arb]) -> arb:
-    """Where along a tube a point of the branch lies that was reached by the tube before it."""
-    h = tube.place(point)
-    if h is None:
-        raise Undecided("two tubes are not joined")
-    return h
+def _own(machine: Mapping[str, Any], place: Sequence[Any]) -> arb:
+    """The value of the parameter in a machine."""
+    owner: Any = machine["numbers"] if machine["kind"] == "two bodies" else machine
+    for step in place:
+        owner = owner[step]
+    return arb(exact(owner))
 
 
-def summary(told: Sequence[Slice]) -> tuple[list[Stretch], list[Enclosed], list[Open]]:
+def is_known(one: Slice) -> bool:
+    """Whether everything is shown of a slice; of what is no motion stability is not asked."""
+    steady = one.stability != "undecided" or one.verdict == "disproved"
+    return one.verdict != "undecided" and one.rises != 0 and steady
+
+
+def _key(one: Slice) -> tuple[str, str, int]:
+    if one.verdict == "disproved":
+        return one.verdict, "undecided", one.rises
+    return one.verdict, one.stability, one.rises
+
+
+def summary(told: Sequence[Slice]) -> Shown:
     """Stretches of one verdict, the bifurcations between them, and what is open."""
-    runs: list[list[Slice]] = []
-    for one in told:
-        key = (one.verdict, one.stability, one.rises)
-        if runs and key == (runs[-1][0].verdict, runs[-1][0].stability, runs[-1][0].rises):
-            runs[-1].append(one)
-        else:
-            runs.append([one])
-    sure = [run[0].rises != 0 and run[0].verdict != "undecided" for run in runs]
-    stretches, enclosed, left = [], [], []
-    known: list[Slice] | None = None  # the last run of which all is shown
+    runs = [list(run) for _, run in groupby(told, _key)]
+    shown = Shown([], [], [], _hull(told) if told else None)
+    last: Slice | None = None  # the last slice of which everything is shown
     between: list[Slice] = []
-    for run, is_sure in zip(runs, sure, strict=True):
-        if is_sure:
-            ends = sorted((run[0].first, run[-1].last), key=lambda x: float(x.mid()))
-            stretches.append(
-                Stretch(ends[0].upper(), ends[1].lower(), run[0].verdict, run[0].stability, run[0].why)
-            )
-        if not is_sure or run[0].stability == "undecided":
-            between += run
-            if not is_sure:
-                continue
-        if run[0].stability == "undecided" and run[0].verdict == "proved":
-            continue
-        if known is not None:
-            enclosed += _between(known[-1], run[0], between)
-        known, between = run, []
     for run in runs:
-        if not (run[0].rises != 0 and run[0].verdict != "undecided") or run[0].stability == "undecided":
-            whole = _hull(run)
-            why = run[0].why or ("the direction of the branch" if run[0].rises == 0 else "stability")
-            left.append(Open(*whole, why))
-    return stretches, enclosed, left
+        first = run[0]
+        if not is_known(first):
+            between += run
+            why = next((x.why for x in run if x.why), "")
+            why = why or ("the direction of the branch" if first.rises == 0 else "stability")
+            shown.open.append((*_hull(run), why))
+        elif last is not None:
+            if found := _bifurcation(last, first, between):
+                shown.bifurcations.append(found)
+            between = []
+        if first.rises != 0 and first.verdict != "undecided":
+            ends = (first.first, run[-1].last)
+            low, high = ends if first.rises > 0 else ends[::-1]
+            verdict, steady, _ = _key(first)
+            why = first.why if verdict == "disproved" else ""
+            shown.stretches.append(Stretch(low.upper(), high.lower(), verdict, steady, why))
+        if is_known(first):
+            last = run[-1]
+    return shown
 
 
 def _hull(run: Sequence[Slice]) -> tuple[arb, arb]:
-    lows, highs = [x.whole.lower() for x in run], [x.whole.upper() for x in run]
-    return min(lows, key=lambda x: float(x)), max(highs, key=lambda x: float(x))
+    low = high = run[0].whole
+    for one in run:
+        low, high = low.min(one.whole.lower()), high.max(one.whole.upper())
+    return low.lower(), high.upper()
 
 
-def _between(one: Slice, other: Slice, open_ones: Sequence[Slice]) -> list[Enclosed]:
-    """The bifurcations that must lie between two parts of which everything is shown."""
-    where = _hull([one, *open_ones, other]) if not open_ones else _hull(open_ones)
+def _bifurcation(one: Slice, other: Slice, between: Sequence[Slice]) -> Between | None:
+    """What must lie between two slices of which everything is shown.
+
+    The branch is a smooth curve through all tubes: a function that changes its sign vanishes.
+    """
+    where = _hull(between or [one, other])
     if one.rises == -other.rises:
-        return [Enclosed("saddle_node", *where)]
+        return Between("saddle_node", *where, "the parameter has an extremum")
     if one.verdict != other.verdict:
-        why = one.why or other.why
-        return [Enclosed("border", *where, why)]
+        beyond = one if one.verdict == "disproved" else other
+        return Between(beyond.broken, *where, beyond.why)
+    if one.verdict == "disproved":
+        return None
     if one.at_minus_one == -other.at_minus_one != 0:
-        return [Enclosed("period_doubling", *where)]
+        return Between("period_doubling", *where, "a multiplier is -1")
     if one.at_one == -other.at_one != 0:
-        return [Enclosed("branch_point", *where)]
-    if one.stability != other.stability:
-        return [Enclosed("neimark_sacker", *where)]
-    return []
+        return Between("branch_point", *where, "a multiplier is 1")
+    if one.stability == other.stability:
+        return None
+    if all(x.at_one and x.at_minus_one for x in [one, *between, other]):
+        return Between("neimark_sacker", *where, "two conjugate multipliers are on the unit circle")
+    return Between("change_of_stability", *where, "a multiplier is on the unit circle")

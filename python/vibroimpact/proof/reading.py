@@ -8,18 +8,21 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from ..errors import ProofError
+from .branch_files import BRANCH_FORMAT, verified_branch
+from .branch_result import BranchProof
 from .files import FORMAT, verified
 from .result import Proof
 from .solutions_files import SOLUTIONS_FORMAT, verified_solutions
 from .solutions_result import SolutionsProof
 
-_KINDS: Final[dict[str, Callable[[dict[str, Any]], Proof | SolutionsProof]]] = {
+_KINDS: Final[dict[str, Callable[[dict[str, Any]], Proof | SolutionsProof | BranchProof]]] = {
     FORMAT: verified,
+    BRANCH_FORMAT: verified_branch,
     SOLUTIONS_FORMAT: verified_solutions,
 }
 
 
-def read_proof(path: str | os.PathLike[str]) -> Proof | SolutionsProof:
+def read_proof(path: str | os.PathLike[str]) -> Proof | SolutionsProof | BranchProof:
     """Verify a certificate anew.
 
     Raises

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import comb
 
 import numpy as np
@@ -91,7 +92,9 @@ class Tube:
 
     def planes(self) -> list[arb]:
         """The coefficients of S . (L(h) - Y_0) - h."""
-        dots = [sum((a * b for a, b in zip(self.line[1], y, strict=True)), arb(0)) for y in self.line]
+        dots = [
+            sum((a * b for a, b in zip(self.line[1], y, strict=True)), arb(0)) for y in self.line
+        ]
         return [arb(0), dots[1] - 1, *dots[2:]]
 
     def place(self, point: Sequence[arb]) -> arb | None:
@@ -232,7 +235,7 @@ def slices(family: Family, tube: Tube, found: Image, count: int, lo: arb, hi: ar
     except (Undecided, ValueError, ZeroDivisionError):
         returns = []
     ends = [lo + (hi - lo) * k / count for k in range(count + 1)]
-    for here, there in zip(ends, ends[1:], strict=False):
+    for here, there in pairwise(ends):
         h = here.union(there)
         first, last = (tube.part(end, found.away)[-1] for end in (here, there))
         box, slope = tube.part(h, found.away), tube.coefficients(h, 1)[-1] + found.turn

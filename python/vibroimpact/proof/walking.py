@@ -10,9 +10,21 @@ import numpy as np
 from flint import arb, arb_mat
 from numpy.typing import NDArray
 
-from .formulas import Undecided
+from .chain import is_known
 from .files import text
-from .tube import TERMS, Family, Image, Slice, Tube, derivative, image, near_inverse, point_at, slices
+from .formulas import Undecided
+from .tube import (
+    TERMS,
+    Family,
+    Image,
+    Slice,
+    Tube,
+    derivative,
+    image,
+    near_inverse,
+    point_at,
+    slices,
+)
 
 Array = NDArray[np.float64]
 
@@ -24,6 +36,8 @@ _FIRST, _LONGEST, _FINEST, _SHORTEST = 1e-3, 0.1, 1e-5, 1e-9
 _THIN, _WIDENINGS, _ROOM, _OVERLAP = 2.0**-12, 3, 1.5, 1.25
 #: Steps of Newton's method, and where they end.
 _STEPS, _SMALL = 12, 1e-22
+#: Tubes beyond the last point, and how far from it they are, as a part of the length.
+_MOST_BEYOND, _NEAR = 8, 0.5
 #: Slices of a tube.
 _SLICES = (4, 16)
 
@@ -115,20 +129,20 @@ def tube_from(
     raise Undecided("no tube is shown")
 
 
-def walk(family: Family, points: Array, sizes: Array) -> Iterator[Step]:
+def walk(family: Family, points: Array) -> Iterator[Step]:
     """The tubes along points of a branch, in rows (z, p), from the first to the last.
 
     Raises
     ------
     Undecided : there is no way on
     """
-    ends = points[[0, -1]] / sizes
-    length = float(np.linalg.norm(np.diff(points / sizes, axis=0), axis=1).sum())
+    ends = points[[0, -1]]
+    length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     direction = points[1] - points[0]
     direction /= np.linalg.norm(direction)
     y = corrected(family, exact(points[0]), direction)
     direction = direction_at(family, y, direction)
-    half, before, gone = _FIRST * length, None, 0.0
+    half, before, gone, beyond = _FIRST * length, None, 0.0, 0
     while True:
         tube, found, half = tube_from(family, y, direction, min(half, _LONGEST * length))
         lo = -tube.half if before is None else tube.place(before)
@@ -141,7 +155,7 @@ def walk(family: Family, points: Array, sizes: Array) -> Iterator[Step]:
         told: list[Slice] = []
         for count in _SLICES:
             told = slices(family, tube, found, count, lo, hi)
-            if all(x.verdict != "undecided" and x.stability != "undecided" and x.rises for x in told):
+            if all(map(is_known, told)):
                 break
         else:
             if half > _FINEST * length:
@@ -153,10 +167,11 @@ def walk(family: Family, points: Array, sizes: Array) -> Iterator[Step]:
         direction = np.array([float(x.mid()) for x in tube.coefficients(hi, 1)])
         direction /= np.linalg.norm(direction)
         y = [x.mid() for x in before]
-        place = np.array([float(x) for x in y]) / sizes
-        # past the last point, and near it
-        past = float((place - ends[1]) @ (direction / sizes)) > 0
-        if past and (np.linalg.norm(place - ends[1]) < 0.5 * length):
+        place = np.array([float(x) for x in y])
+        # past the last point, and near it; a border there is shown from both sides
+        past = float((place - ends[1]) @ direction) > 0.0
+        beyond += past and bool(np.linalg.norm(place - ends[1]) < _NEAR * length)
+        if beyond > _MOST_BEYOND or (beyond and is_known(told[-1])):
             return
         if gone > 3 * length:
             raise Undecided("the branch leads elsewhere")

@@ -1,0 +1,247 @@
+"""From what is shown of a branch to a proof, and its certificate as a file."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from flint import arb, ctx
+
+from ..arguments import path as path_of
+from ..arguments import reject
+from ..errors import ProofError
+from ..whole_file import whole_file
+from .branch_result import BranchProof, ProvedBifurcation, ProvedStretch, Unproved
+from .branch_statement import branch_statement
+from .certificate import SYMBOLS, exact
+from .chain import Shown, examine_chain
+from .files import text
+from .formulas import Undecided
+
+BRANCH_FORMAT = "vibroimpact branch proof 1"
+#: Keys of a file, and of a piece in it.
+_PROBLEM = ("machine", "parameter", "place", "within", "precision", "pieces")
+_KEYS = {"format", *_PROBLEM, "claims", "statement"}
+_OF_PIECE = {"m", "label", "legs", "tubes", "ended"}
+#: A claim is by so much of a range weaker than what is found: another version of the arithmetic may
+#: round more.
+_ROOM = 1e-9
+
+
+def branch_proof_of(posed: dict[str, Any]) -> BranchProof:
+    """The proof that is found of a problem."""
+    found = _found(posed)
+    claims = {
+        "stretches": [
+            [text(x.lo), text(x.hi), x.verdict, x.stability, x.why, piece]
+            for x, piece in _stretches(found, posed["within"], _ROOM)
+        ],
+        "bifurcations": [
+            [text(x.lo), text(x.hi), x.kind, piece]
+            for x, piece in _bifurcations(found, posed["within"], _ROOM)
+        ],
+    }
+    return _proof_from({**posed, "claims": claims}, found)
+
+
+def _found(posed: Mapping[str, Any]) -> list[Shown]:
+    """What is shown of each piece."""
+    machine, place, precision = (posed[name] for name in ("machine", "place", "precision"))
+    found = []
+    for piece in posed["pieces"]:
+        if set(piece) != _OF_PIECE or len(piece["ended"] or "why") != 3:
+            raise ProofError("a piece of another kind")
+        if piece["tubes"] and piece["label"] != f"{piece['m']}-{len(piece['legs'])}":
+            raise ProofError("a label that is another one's")
+        if not piece["tubes"]:
+            found.append(Shown([], [], []))
+            continue
+        try:
+            found.append(examine_chain(machine, place, piece, precision))
+        except Undecided as reason:
+            raise ProofError(f"nothing is shown: {reason}") from reason
+    return found
+
+
+def _rounded(x: arb, way: float) -> float:
+    """A double not below (way inf) or above (-inf) an exact number."""
+    with ctx.workprec(4096):
+        near = float(x.mid())
+        there = arb(near) >= x if way > 0 else arb(near) <= x
+    return near if there else float(np.nextafter(near, way))
+
+
+def _range(given: Sequence[str]) -> tuple[float, float]:
+    low, high = (float(arb(exact(x))) for x in given)
+    if not low <= high:
+        raise ProofError("an empty range")
+    return low, high
+
+
+def _stretches(
+    found: Sequence[Shown], within: Sequence[str], room: float
+) -> list[tuple[ProvedStretch, int]]:
+    """Stretches of all pieces inside a range, each narrower by a part of it."""
+    (low, high), kept = _range(within), []
+    for piece, shown in enumerate(found):
+        for one in shown.stretches:
+            lo, hi = _rounded(one.lo, np.inf), _rounded(one.hi, -np.inf)
+            less = room * (hi - lo)
+            lo, hi = max(low, lo + less), min(high, hi - less)
+            if lo < hi:
+                part = ProvedStretch(
+                    lo=lo,
+                    hi=hi,
+                    verdict=one.verdict,
+                    stability=one.stability,
+                    label="",
+                    why=one.why,
+                )
+                kept.append((part, piece))
+    return kept
+
+
+def _bifurcations(
+    found: Sequence[Shown], within: Sequence[str], room: float
+) -> list[tuple[ProvedBifurcation, int]]:
+    """Those of all pieces that lie in a range, each wider by a part of its range."""
+    (low, high), kept = _range(within), []
+    for piece, shown in enumerate(found):
+        for one in shown.bifurcations:
+            lo, hi = _rounded(one.lo, -np.inf), _rounded(one.hi, np.inf)
+            more = room * (hi - lo)
+            if low <= lo and hi <= high:
+                ends = {"lo": float(lo - more), "hi": float(hi + more)}
+                kept.append((ProvedBifurcation(kind=one.kind, label="", **ends), piece))
+    return kept
+
+
+def _proof_from(certificate: dict[str, Any], found: Sequence[Shown]) -> BranchProof:
+    """The proof that a certificate is, whose claims are shown."""
+    pieces, claims = certificate["pieces"], certificate["claims"]
+    labels = [piece["label"] for piece in pieces]
+    low, high = _range(certificate["within"])
+    stretches, bifurcations, left = [], [], []
+    for lo, hi, verdict, steady, why, piece in claims["stretches"]:
+        ends = dict(zip(("lo", "hi"), _range([lo, hi]), strict=True))
+        told = {"verdict": verdict, "stability": steady, "why": why, "label": labels[piece]}
+        stretches.append(ProvedStretch(**ends, **told))
+    for lo, hi, kind, piece in claims["bifurcations"]:
+        ends = dict(zip(("lo", "hi"), _range([lo, hi]), strict=True))
+        bifurcations.append(ProvedBifurcation(kind=kind, label=labels[piece], **ends))
+    for number, (piece, shown) in enumerate(zip(pieces, found, strict=True)):
+        known = [
+            _range(row[:2])
+            for row in claims["stretches"]
+            if row[5] == number and (row[2] == "disproved" or row[3] != "undecided")
+        ]
+        open_ones = [(_rounded(a, -np.inf), _rounded(b, np.inf), why) for a, b, why in shown.open]
+        if piece["ended"]:
+            open_ones.append((*_range(piece["ended"][:2]), str(piece["ended"][2])))
+        for lo, hi, why in _left(_reached(shown, open_ones, (low, high)), known, open_ones):
+            left.append(Unproved(lo=lo, hi=hi, label=labels[number], why=why))
+    return BranchProof(
+        parameter=certificate["parameter"],
+        stretches=tuple(stretches),
+        bifurcations=tuple(bifurcations),
+        uncovered=tuple(left),
+        certificate=certificate if stretches else {},
+    )
+
+
+def _reached(
+    shown: Shown, open_ones: Sequence[tuple[float, float, str]], within: tuple[float, float]
+) -> tuple[float, float]:
+    """The part of a range that the branch passes: beyond a saddle-node there is nothing of it."""
+    ends = [x for lo, hi, _ in open_ones for x in (lo, hi)]
+    if shown.whole is not None:
+        ends += [_rounded(shown.whole[0], -np.inf), _rounded(shown.whole[1], np.inf)]
+    low, high = within
+    return max(low, min(ends, default=high)), min(high, max(ends, default=low))
+
+
+def _left(
+    whole: tuple[float, float],
+    known: Sequence[tuple[float, float]],
+    open_ones: Sequence[tuple[float, float, str]],
+) -> list[tuple[float, float, str]]:
+    """What is open in a range: what is said to be so, wider where a known range ends before it."""
+    low, high = whole
+    left = [[max(a, low), min(b, high), why] for a, b, why in open_ones if b >= low and a <= high]
+    at, gaps = low, []
+    for lo, hi in [*sorted([*known, *((a, b) for a, b, _ in left)]), (high, np.inf)]:
+        if lo > at:
+            gaps.append((at, min(lo, high)))
+        at = max(at, hi)
+    for lo, hi in gaps:
+        beside = next((one for one in left if one[0] == hi or one[1] == lo), None)
+        if beside is None:
+            left.append([lo, hi, "rounding"])
+        else:
+            beside[0], beside[1] = min(beside[0], lo), max(beside[1], hi)
+    return [(float(lo), float(hi), why) for lo, hi, why in sorted(left)]
+
+
+def write_branch_proof(path: str | os.PathLike[str], proof: BranchProof) -> None:
+    """Write a certificate to ``path``; the file appears complete or not at all."""
+    path = path_of("path", path)
+    if not proof.stretches:
+        reject("proof", proof, "one that shows something: of this one nothing is shown")
+    content = {"format": BRANCH_FORMAT, **proof.certificate, "statement": branch_statement(proof)}
+    with whole_file(path) as file:
+        file.write(json.dumps(content, indent=1).encode())
+
+
+def verified_branch(content: dict[str, Any]) -> BranchProof:
+    """Verify a certificate anew.
+
+    Raises
+    ------
+    ProofError, KeyError, TypeError, ValueError : it is damaged, or claims what is not shown
+    """
+    if set(content) != _KEYS or set(content["claims"]) != {"stretches", "bifurcations"}:
+        raise ProofError("not a certificate of this format")
+    posed = {name: content[name] for name in _PROBLEM}
+    if posed["parameter"] != name_of(posed["machine"], posed["place"]):
+        raise ProofError("a parameter of another name")
+    found = _found(posed)
+    proof = _proof_from({**posed, "claims": content["claims"]}, found)
+    shown = _stretches(found, posed["within"], 0.0)
+    rows = [row[5] for row in content["claims"]["stretches"]]
+    for one, piece in zip(proof.stretches, rows, strict=True):
+        if not any(_is_part(one, other) and piece == place for other, place in shown):
+            raise ProofError("it claims more than is shown")
+    # those at an end of the range may be in it or not
+    there = _bifurcations(found, [text(-np.finfo(float).max), text(np.finfo(float).max)], 0.0)
+    rows = [row[3] for row in content["claims"]["bifurcations"]]
+    for event, piece in zip(proof.bifurcations, rows, strict=True):
+        held = (piece == place and _holds(event, other) for other, place in there)
+        if not any(held):
+            raise ProofError("it claims more than is shown")
+    if content["statement"] != branch_statement(proof):
+        raise ProofError("its statement is not what is shown")
+    return proof
+
+
+def _is_part(one: ProvedStretch, shown: ProvedStretch) -> bool:
+    same = replace(one, lo=0.0, hi=0.0, label="") == replace(shown, lo=0.0, hi=0.0)
+    return same and shown.lo <= one.lo and one.hi <= shown.hi
+
+
+def _holds(one: ProvedBifurcation, shown: ProvedBifurcation) -> bool:
+    return one.kind == shown.kind and one.lo <= shown.lo and shown.hi <= one.hi
+
+
+def name_of(machine: Mapping[str, Any], place: Sequence[Any]) -> str:
+    """The name of the parameter at a place in a certificate."""
+    if machine["kind"] == "two bodies":
+        from ..system import SYMBOLS as NAMES
+
+        (symbol,) = place
+        assert symbol in SYMBOLS
+        return NAMES[symbol]
+    return f"{place[2]}_{place[1]}" if place[0] == "stops" else str(place[0])

@@ -1,0 +1,172 @@
+"""The search for the certificate of a branch; chain.py judges it."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+from flint import ctx
+from numpy.typing import NDArray
+
+from ..made import MadeStructure, MadeSystem
+from ..orbits.branch import Branch, Piece
+from ..system import SYMBOLS, System
+from .branch_files import branch_proof_of
+from .branch_result import BranchProof
+from .certificate import exact
+from .chain import family_of
+from .files import text
+from .formulas import Undecided
+from .posing import legs_of, machine_in_text, nodes_of
+from .tube import Family
+from .walking import walk
+
+Array = NDArray[np.float64]
+
+#: Bits; a branch is looked at in tubes, not in points.
+_PRECISION = 96
+#: Two points are the same to this part of their size.
+_SAME = 1e-6
+
+
+class Tubes:
+    """Counts tubes: at most so many, and shows them."""
+
+    def __init__(self, most: int, bar: Any) -> None:
+        self.most, self.bar, self.count = most, bar, 0
+
+    def one(self) -> None:
+        """One more."""
+        self.count += 1
+        if self.bar is not None:
+            self.bar.update(1)
+
+
+def proved_branch(
+    branch: Branch, within: tuple[float, float], tubes: Tubes
+) -> tuple[BranchProof, bool]:
+    """What can be shown of a branch in a range of its parameter; whether Ctrl-C ended it."""
+    name, pieces, interrupted = branch.parameter, [], False
+    first = branch.pieces[0].motion(0)
+    machine, place = machine_in_text(first), _place(branch)
+    for parts in _joined(branch, within):
+        motion = parts[0].motion(0)
+        legs = place if isinstance(place, str) else legs_of(motion)
+        rows = [
+            [*nodes_of(part.motion(k)).ravel(), value]
+            for part in parts
+            for k, value in enumerate(part.values.tolist())
+        ]
+        for points in _visits(np.array(rows), within):
+            posed = {"m": motion.m, "label": motion.label, "legs": [], "tubes": [], "ended": None}
+            pieces.append(posed)
+            if isinstance(legs, str):
+                posed["ended"] = _open(points, legs)
+                continue
+            posed["legs"] = legs
+            why = "interrupted" if interrupted else ""
+            try:
+                why = why or _walked(family_of(machine, place, posed), points, posed, tubes)
+            except KeyboardInterrupt:
+                why, interrupted = "interrupted", True
+            if why:
+                posed["ended"] = _open(_beyond(points, posed["tubes"]), why)
+    posed = {
+        "machine": machine,
+        "parameter": name,
+        "place": [] if isinstance(place, str) else place,
+        "within": [text(x) for x in within],
+        "precision": _PRECISION,
+        "pieces": pieces,
+    }
+    return branch_proof_of(posed), interrupted
+
+
+def _walked(family: Family, points: Array, posed: dict[str, Any], tubes: Tubes) -> str:
+    """Fill a piece with tubes; why they end before the last point, if they do."""
+    with ctx.workprec(_PRECISION):
+        try:
+            for step in walk(family, points):
+                posed["tubes"].append(step.posed())
+                tubes.one()
+                if tubes.count >= tubes.most:
+                    return f"max_tubes = {tubes.most} is reached"
+        except Undecided as reason:
+            return str(reason)
+    return ""
+
+
+def _open(points: Array, why: str) -> list[str]:
+    """The range of points, and what is said of it."""
+    return [text(float(points[:, -1].min())), text(float(points[:, -1].max())), why]
+
+
+def _beyond(points: Array, tubes: list[dict[str, Any]]) -> Array:
+    """The points from the last one before the middle of the last tube on."""
+    if not tubes:
+        return points
+    middle = np.array([float(exact(x)) for x in tubes[-1]["line"][0]])
+    nearest = int(np.argmin(np.linalg.norm(points - middle, axis=1)))
+    rest: Array = np.vstack([middle, points[max(0, nearest - 1) :]])
+    return rest
+
+
+def _place(branch: Branch) -> list[Any] | str:
+    """Where the parameter stands in a certificate, or why there is no proof over it."""
+    system, name = branch.pieces[0].system, branch.parameter
+    if isinstance(system, MadeSystem | MadeStructure) and name in system._numbers:
+        return f"a function makes the system of {name}: branches over such a number are not proved"
+    if isinstance(system, System):
+        return [next(symbol for symbol, known in SYMBOLS.items() if known == name)]
+    if match := re.fullmatch(r"(gap|restitution|friction)(?:_(\d+))?", name):
+        if match[2] is None and len(system.stops) != 1:
+            return f"{name} is a number of several stops: branches over such are not proved"
+        return ["stops", int(match[2] or 0), match[1]]
+    if name in ("drive_frequency", "phase"):
+        return [name]
+    return f"branches over {name} are not proved"
+
+
+def _joined(branch: Branch, within: tuple[float, float]) -> list[list[Piece]]:
+    """Pieces in a range; those of one sequence of legs that go on from one to the next together."""
+    groups: list[list[Piece]] = []
+    low, high = within
+    for piece in branch.pieces:
+        if len(piece.values) < 2:
+            continue
+        if piece.values.min() > high or piece.values.max() < low:
+            continue
+        before = groups[-1][-1] if groups else None
+        if before is not None and _goes_on(before, piece):
+            groups[-1].append(piece)
+        else:
+            groups.append([piece])
+    return groups
+
+
+def _goes_on(before: Piece, piece: Piece) -> bool:
+    if before.nodes.shape[1:] != piece.nodes.shape[1:] or before.values[-1] != piece.values[0]:
+        return False
+    if before.itinerary.legs != piece.itinerary.legs:
+        return False
+    last, first = before.nodes[-1], piece.nodes[0]
+    return bool(np.abs(last - first).max() <= _SAME * np.abs(first).max())
+
+
+def _visits(points: Array, within: tuple[float, float]) -> list[Array]:
+    """Points from just before a range to just after it, for each time that they pass it."""
+    low, high = within
+    moved = np.abs(np.diff(points, axis=0)).max(axis=1) > 0.0  # the same point is told once
+    points = points[np.concatenate([[True], moved])]
+    values = points[:, -1]
+    least, most = np.minimum(values[1:], values[:-1]), np.maximum(values[1:], values[:-1])
+    # near a saddle-node the branch goes beyond both points
+    rises = np.sign(np.diff(values))
+    for turn in np.flatnonzero(rises[1:] != rises[:-1]) + 1:
+        more = np.abs(np.diff(values[turn - 1 : turn + 2])).max()
+        least[turn - 1 : turn + 1] -= more
+        most[turn - 1 : turn + 1] += more
+    steps = np.flatnonzero((least <= high) & (most >= low))
+    runs = np.split(steps, np.flatnonzero(np.diff(steps) > 1) + 1)
+    return [points[run[0] : run[-1] + 2] for run in runs if len(run)]
