@@ -17,6 +17,7 @@ from typing import Any, Final, Literal
 
 Verb = Literal[
     "animate",
+    "branch_statement",
     "crossing",
     "curve_problem",
     "draw",
@@ -30,7 +31,6 @@ Verb = Literal[
     "motion_of",
     "motions_at",
     "own_image",
-    "branch_statement",
     "proof_statement",
     "read_basins",
     "read_branch",
@@ -45,14 +45,15 @@ Verb = Literal[
     "structure_run",
     "write_basins",
     "write_branch",
-    "write_motion",
     "write_branch_proof",
+    "write_motion",
     "write_proof",
     "write_solutions_proof",
 ]
 
 VERBS: Final[dict[Verb, str]] = {
     "animate": "plot.animation:animate",
+    "branch_statement": "proof.branch_statement:branch_statement",
     "crossing": "orbits.regions:crossing",
     "curve_problem": "orbits.curve_problem:CurveProblem",
     "draw": "plot.obvious:draw",
@@ -66,7 +67,6 @@ VERBS: Final[dict[Verb, str]] = {
     "motion_of": "orbits.machines:motion_of",
     "motions_at": "orbits.points:motions_at",
     "own_image": "orbits.mirror:own_image",
-    "branch_statement": "proof.branch_statement:branch_statement",
     "proof_statement": "proof.statement:statement",
     "read_basins": "sweeps.basins.files:read_basins",
     "read_branch": "orbits.branch_files:read_branch",
@@ -81,8 +81,8 @@ VERBS: Final[dict[Verb, str]] = {
     "structure_run": "structure_run:StructureRun",
     "write_basins": "sweeps.basins.files:write_basins",
     "write_branch": "orbits.branch_files:write_branch",
-    "write_motion": "orbits.files:write_motion",
     "write_branch_proof": "proof.branch_files:write_branch_proof",
+    "write_motion": "orbits.files:write_motion",
     "write_proof": "proof.files:write_proof",
     "write_solutions_proof": "proof.solutions_files:write_solutions_proof",
 }

@@ -331,6 +331,15 @@ def _(found: vi.SolutionsProof) -> None:
 
 
 @assert_complete.register
+def _(found: vi.BranchProof) -> None:
+    assert found.statement
+    assert found.stretches or found.uncovered
+    for part in (*found.stretches, *found.bifurcations, *found.uncovered):
+        assert_finite([part.lo, part.hi], repr(part))
+        assert part.lo <= part.hi
+
+
+@assert_complete.register
 def _(box: vi.ProofBox) -> None:
     assert_finite(box.center, "center")
     assert_finite(box.radius, "radius")

@@ -60,6 +60,14 @@ def proof() -> vi.Proof:
 
 
 @cache
+def branch_proof() -> vi.BranchProof:
+    """The proof of a short range of a stable branch."""
+    damped = PAPER.replace(damping=(0.05, 0.05))
+    settled = vi.simulate(damped, initial=START, periods=300, keep=100).refine()
+    return vi.prove(settled.follow(drive_frequency=(1.795, 1.805)), within=(1.799, 1.801))
+
+
+@cache
 def solutions() -> vi.PeriodicMotions:
     """All motions with one impact in a drive period."""
     return vi.periodic_motions(PAPER)

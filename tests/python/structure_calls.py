@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
+from proof_calls import PROVED
 from struck import REST, SETTLING, moving_run, orbit, small_diagram
 
 _STOP = {
@@ -229,7 +230,7 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"time": 1.0},
             _TIME | {"max_events": "whole number or none", "units": "object or none"},
         ),
-        "prove: structure": (vi.prove, {"motion": orbit()}, {"motion": "object"}),
+        "prove: structure": (vi.prove, {"motion": orbit()}, PROVED),
         "verify: structure": (
             vi.verify,
             {

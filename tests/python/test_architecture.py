@@ -135,6 +135,7 @@ RESULTS = [
     "orbits.motion",
     "orbits.region",
     "orbits.structure_piece",
+    "proof.branch_result",
     "proof.result",
     "proof.solutions_result",
     "single_impact.results",

@@ -17,6 +17,7 @@ import vibroimpact as vi
 from small_results import (
     START,
     branch,
+    branch_proof,
     grid_basins,
     motion,
     motions,
@@ -78,6 +79,10 @@ def _results() -> dict[str, Any]:
         vi.Undecided(lo=0.0, hi=1.0, reason="a double root"),
         vi.Disagreement(event="impact", number=1, time=0.5, reason="digits"),
         proof().box,
+        branch_proof(),
+        *branch_proof().stretches,
+        vi.ProvedBifurcation(kind="saddle_node", lo=1.0, hi=1.1, label="1-1"),
+        vi.Unproved(lo=1.0, hi=1.1, label="1-1", why="stability"),
         solutions_proof(),
         *proof().multipliers,
         vi.ProofError("damaged"),

@@ -17,6 +17,7 @@ import vibroimpact as vi
 from small_results import (
     START,
     branch,
+    branch_proof,
     folder,
     grid_basins,
     motion,
@@ -70,6 +71,7 @@ def results() -> dict[str, object]:
         vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20),
         vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20, gap=[0.4, 0.5, 0.6]),
         proof().box,
+        branch_proof(),
         solutions_proof(),
         *(made[name]() for name in ("impact_regimes", "impact_agreement", "Stop", "Structure")),
         *(made[name]() for name in ("search_motions", "bifurcation_curve", "verify", "prove")),
@@ -129,7 +131,8 @@ def test_every_public_result_is_shown():
     assert len(arrays | grids) > 12
     assert arrays | grids | {vi.Run, vi.System, vi.NotFound, vi.Branch} <= classes
     assert {cls for cls in classes if not hasattr(cls, "plot")} == {
-        *(vi.NotFound, vi.Stop, vi.StructureState, vi.Proof, vi.ProofBox, vi.SolutionsProof)
+        *(vi.NotFound, vi.Stop, vi.StructureState),
+        *(vi.Proof, vi.ProofBox, vi.SolutionsProof, vi.BranchProof),
     }
 
 

@@ -32,7 +32,7 @@ class Dual:
         """The value, or the slope."""
         return self.slope if place else self.value
 
-    def __add__(self, other: object) -> Dual:
+    def __add__(self, other: Number) -> Dual:
         """The sum."""
         value, slope = _parts(other)
         return Dual(self.value + value, self.slope + slope)
@@ -43,28 +43,30 @@ class Dual:
         """The opposite."""
         return Dual(-self.value, -self.slope)
 
-    def __sub__(self, other: object) -> Dual:
+    def __sub__(self, other: Number) -> Dual:
         """The difference."""
-        return self + -other  # type: ignore[operator]
+        value, slope = _parts(other)
+        return Dual(self.value - value, self.slope - slope)
 
-    def __rsub__(self, other: object) -> Dual:
+    def __rsub__(self, other: Number) -> Dual:
         """The difference."""
-        return -self + other
+        value, slope = _parts(other)
+        return Dual(value - self.value, slope - self.slope)
 
-    def __mul__(self, other: object) -> Dual:
+    def __mul__(self, other: Number) -> Dual:
         """The product."""
         value, slope = _parts(other)
         return Dual(self.value * value, self.value * slope + self.slope * value)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: object) -> Dual:
+    def __truediv__(self, other: Number) -> Dual:
         """The ratio."""
         value, slope = _parts(other)
         ratio = self.value / value
         return Dual(ratio, (self.slope - ratio * slope) / value)
 
-    def __rtruediv__(self, other: object) -> Dual:
+    def __rtruediv__(self, other: Number) -> Dual:
         """The ratio."""
         return Dual(*_parts(other)) / self
 
@@ -82,8 +84,8 @@ class Dual:
         return Dual(root, self.slope / (2 * root))
 
 
-def _parts(x: object) -> tuple[Number, Number]:
-    return (x.value, x.slope) if isinstance(x, Dual) else (x, arb(0))  # type: ignore[return-value]
+def _parts(x: Number) -> tuple[Number, Number]:
+    return (x.value, x.slope) if isinstance(x, Dual) else (x, arb(0))
 
 
 def term(x: Number, k: int) -> arb:
@@ -107,6 +109,17 @@ def product(left: Matrices, right: Matrices) -> Matrices:
     return found
 
 
+def scaled(given: Matrices, by: Sequence[arb]) -> Matrices:
+    """The coefficients of a matrix times a series."""
+    found = []
+    for k in range(len(given)):
+        total = given[k] * by[0]
+        for j in range(1, k + 1):
+            total += given[k - j] * by[j]
+        found.append(total)
+    return found
+
+
 def flow(machine: Machine, lasts: Number, terms: int) -> Matrices:
     """exp(tau G), where tau and G depend on h: of the midpoint of tau times that of the rest."""
     middle = term(lasts, 0).mid()
@@ -118,11 +131,9 @@ def flow(machine: Machine, lasts: Number, terms: int) -> Matrices:
             parts = [found[k - j] * (rest[j] * j / k) for j in range(1, k + 1)]
             found.append(g * sum(parts[1:], parts[0]))
         return found
-    g = matrices(machine.moving, terms)
-    short = [
-        sum((g[k - j] * rest[j] for j in range(1, k + 1)), g[k] * rest[0]) for k in range(terms)
-    ]
-    return product(_exp([x * middle for x in g]), _exp(short))
+    moving = matrices(machine.moving, terms)
+    short = scaled(moving, rest)
+    return product(_exp([x * middle for x in moving]), _exp(short))
 
 
 def _exp(given: Matrices) -> Matrices:

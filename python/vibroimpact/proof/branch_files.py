@@ -127,12 +127,12 @@ def _proof_from(certificate: dict[str, Any], found: Sequence[Shown]) -> BranchPr
     low, high = _range(certificate["within"])
     stretches, bifurcations, left = [], [], []
     for lo, hi, verdict, steady, why, piece in claims["stretches"]:
-        ends = dict(zip(("lo", "hi"), _range([lo, hi]), strict=True))
+        first, last = _range([lo, hi])
         told = {"verdict": verdict, "stability": steady, "why": why, "label": labels[piece]}
-        stretches.append(ProvedStretch(**ends, **told))
+        stretches.append(ProvedStretch(lo=first, hi=last, **told))
     for lo, hi, kind, piece in claims["bifurcations"]:
-        ends = dict(zip(("lo", "hi"), _range([lo, hi]), strict=True))
-        bifurcations.append(ProvedBifurcation(kind=kind, label=labels[piece], **ends))
+        first, last = _range([lo, hi])
+        bifurcations.append(ProvedBifurcation(kind=kind, lo=first, hi=last, label=labels[piece]))
     for number, (piece, shown) in enumerate(zip(pieces, found, strict=True)):
         known = [
             _range(row[:2])
@@ -171,18 +171,19 @@ def _left(
 ) -> list[tuple[float, float, str]]:
     """What is open in a range: what is said to be so, wider where a known range ends before it."""
     low, high = whole
-    left = [[max(a, low), min(b, high), why] for a, b, why in open_ones if b >= low and a <= high]
+    left = [(max(a, low), min(b, high), why) for a, b, why in open_ones if b >= low and a <= high]
     at, gaps = low, []
     for lo, hi in [*sorted([*known, *((a, b) for a, b, _ in left)]), (high, np.inf)]:
         if lo > at:
             gaps.append((at, min(lo, high)))
         at = max(at, hi)
     for lo, hi in gaps:
-        beside = next((one for one in left if one[0] == hi or one[1] == lo), None)
-        if beside is None:
-            left.append([lo, hi, "rounding"])
-        else:
-            beside[0], beside[1] = min(beside[0], lo), max(beside[1], hi)
+        beside = [k for k, one in enumerate(left) if one[0] == hi or one[1] == lo]
+        for k in beside[:1]:
+            first, last, why = left[k]
+            left[k] = (min(first, lo), max(last, hi), why)
+        if not beside:
+            left.append((lo, hi, "rounding"))
     return [(float(lo), float(hi), why) for lo, hi, why in sorted(left)]
 
 

@@ -59,7 +59,13 @@ def proved_branch(
             for k, value in enumerate(part.values.tolist())
         ]
         for points in _visits(np.array(rows), within):
-            posed = {"m": motion.m, "label": motion.label, "legs": [], "tubes": [], "ended": None}
+            posed: dict[str, Any] = {
+                "m": motion.m,
+                "label": motion.label,
+                "legs": [],
+                "tubes": [],
+                "ended": None,
+            }
             pieces.append(posed)
             if isinstance(legs, str):
                 posed["ended"] = _open(points, legs)
@@ -67,7 +73,8 @@ def proved_branch(
             posed["legs"] = legs
             why = "interrupted" if interrupted else ""
             try:
-                why = why or _walked(family_of(machine, place, posed), points, posed, tubes)
+                family = family_of(machine, place, posed)
+                why = why or _walked(family, points, within, posed, tubes)
             except KeyboardInterrupt:
                 why, interrupted = "interrupted", True
             if why:
@@ -83,11 +90,17 @@ def proved_branch(
     return branch_proof_of(posed), interrupted
 
 
-def _walked(family: Family, points: Array, posed: dict[str, Any], tubes: Tubes) -> str:
+def _walked(
+    family: Family,
+    points: Array,
+    within: tuple[float, float],
+    posed: dict[str, Any],
+    tubes: Tubes,
+) -> str:
     """Fill a piece with tubes; why they end before the last point, if they do."""
     with ctx.workprec(_PRECISION):
         try:
-            for step in walk(family, points):
+            for step in walk(family, points, within):
                 posed["tubes"].append(step.posed())
                 tubes.one()
                 if tubes.count >= tubes.most:

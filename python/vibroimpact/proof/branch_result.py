@@ -34,6 +34,7 @@ class ProvedStretch:
 
     Examples
     --------
+    >>> import vibroimpact as vi
     >>> vi.ProvedStretch(lo=1.0, hi=1.1, verdict="proved", stability="stable", label="1-1")
     ProvedStretch(lo=1.0, hi=1.1, verdict='proved', stability='stable', label='1-1', why='')
     """
@@ -66,6 +67,7 @@ class ProvedBifurcation:
 
     Examples
     --------
+    >>> import vibroimpact as vi
     >>> vi.ProvedBifurcation(kind="saddle_node", lo=1.0, hi=1.1, label="1-1")
     ProvedBifurcation(kind='saddle_node', lo=1.0, hi=1.1, label='1-1')
     """
@@ -92,6 +94,7 @@ class Unproved:
 
     Examples
     --------
+    >>> import vibroimpact as vi
     >>> vi.Unproved(lo=1.0, hi=1.1, label="1-1", why="stability")
     Unproved(lo=1.0, hi=1.1, label='1-1', why='stability')
     """

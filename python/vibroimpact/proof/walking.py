@@ -36,8 +36,10 @@ _FIRST, _LONGEST, _FINEST, _SHORTEST = 1e-3, 0.1, 1e-5, 1e-9
 _THIN, _WIDENINGS, _ROOM, _OVERLAP = 2.0**-12, 3, 1.5, 1.25
 #: Steps of Newton's method, and where they end.
 _STEPS, _SMALL = 12, 1e-22
-#: Tubes beyond the last point, and how far from it they are, as a part of the length.
-_MOST_BEYOND, _NEAR = 8, 0.5
+#: How far outside a range points begin, as a part of a step.
+_BEFORE = 0.01
+#: Tubes beyond the last point; how far ahead it is looked for, in half lengths of a tube.
+_MOST_BEYOND, _AHEAD = 8, 4.0
 #: Slices of a tube.
 _SLICES = (4, 16)
 
@@ -129,20 +131,58 @@ def tube_from(
     raise Undecided("no tube is shown")
 
 
-def walk(family: Family, points: Array) -> Iterator[Step]:
-    """The tubes along points of a branch, in rows (z, p), from the first to the last.
+class Progress:
+    """How far along a polygon one has come."""
+
+    def __init__(self, points: Array) -> None:
+        self.points, steps = points, np.diff(points, axis=0)
+        sizes = np.linalg.norm(steps, axis=1)
+        self.steps, self.sizes, self.along = steps, sizes, np.concatenate([[0.0], sizes.cumsum()])
+        self.at = 0.0
+
+    def move(self, place: Array, reach: float) -> bool:
+        """Move to the nearest point within reach; whether the end is passed."""
+        near = (self.along[:-1] <= self.at + reach) & (self.along[1:] >= self.at)
+        away = place - self.points[:-1]
+        part = np.einsum("ij,ij->i", away, self.steps) / self.sizes**2
+        kept = np.clip(part, 0.0, 1.0)
+        distance = np.linalg.norm(away - kept[:, None] * self.steps, axis=1)
+        k = int(np.argmin(np.where(near, distance, np.inf)))
+        if distance[k] > self.sizes[max(0, k - 1) : k + 2].max() + reach:
+            raise Undecided("the branch leads elsewhere")
+        self.at = max(self.at, float(self.along[k] + kept[k] * self.sizes[k]))
+        return k == len(self.steps) - 1 and bool(part[k] > 1.0)
+
+
+def cut(family: Family, points: Array, within: tuple[float, float]) -> Array:
+    """Points whose first one, if it is outside a range, is near its end."""
+    first = points[0, -1]
+    border, step = min(max(first, within[0]), within[1]), points[1] - points[0]
+    part = (border - first) / step[-1] - _BEFORE if step[-1] else 0.0
+    while _BEFORE < part < 1.0:
+        begin = corrected(family, exact(points[0] + part * step), step / np.linalg.norm(step))
+        place = np.array([float(x) for x in begin])
+        if (place[-1] - border) * (first - border) > 0.0:
+            return np.vstack([place, points[1:]])
+        part /= 2
+    return points
+
+
+def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator[Step]:
+    """The tubes along points of a branch, in rows (z, p), as far as they are in a range.
 
     Raises
     ------
     Undecided : there is no way on
     """
-    ends = points[[0, -1]]
     length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    points = cut(family, cut(family, points, within)[::-1], within)[::-1]
+    progress = Progress(points)
     direction = points[1] - points[0]
     direction /= np.linalg.norm(direction)
     y = corrected(family, exact(points[0]), direction)
     direction = direction_at(family, y, direction)
-    half, before, gone, beyond = _FIRST * length, None, 0.0, 0
+    half, before, beyond = _FIRST * length, None, 0
     while True:
         tube, found, half = tube_from(family, y, direction, min(half, _LONGEST * length))
         lo = -tube.half if before is None else tube.place(before)
@@ -163,16 +203,12 @@ def walk(family: Family, points: Array) -> Iterator[Step]:
                 continue
         yield Step(tube, hi, told)
         before = point_at(family, tube, found, hi)
-        gone += 2 * half
         direction = np.array([float(x.mid()) for x in tube.coefficients(hi, 1)])
         direction /= np.linalg.norm(direction)
         y = [x.mid() for x in before]
         place = np.array([float(x) for x in y])
-        # past the last point, and near it; a border there is shown from both sides
-        past = float((place - ends[1]) @ direction) > 0.0
-        beyond += past and bool(np.linalg.norm(place - ends[1]) < _NEAR * length)
+        # past the last point; a border there is shown from both sides
+        beyond += bool(beyond) or progress.move(place, _AHEAD * half)
         if beyond > _MOST_BEYOND or (beyond and is_known(told[-1])):
             return
-        if gone > 3 * length:
-            raise Undecided("the branch leads elsewhere")
         half *= 1.5
