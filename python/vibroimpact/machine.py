@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,10 @@ from .by_value import ByValue
 from .interruption import interruptible
 from .scales import Scales
 from .showing import Shown
+from .verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -45,6 +49,30 @@ class Machine(ByValue, Shown):
     def drive_period(self) -> float:
         """Drive period 2 pi/drive_frequency; infinite for ``drive_frequency = 0``."""
         return self._compiled.drive_period
+
+    def plot(self, **options: Any) -> Axes:
+        """Draw a sketch of it at rest, by ``vi.plot.machine``.
+
+        The two bodies of a System; masses, springs, stops and drive of a Structure, or its modes.
+
+        Parameters
+        ----------
+        **options
+            As in ``vi.plot.machine``; ``state=`` draws it in another state.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> import vibroimpact as vi
+        >>> structure = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8)])
+        >>> structure.plot(state=[[0.3], [0]]).get_aspect()
+        1.0
+        """
+        axes: Axes = verb("draw")(self, **options)
+        return axes
 
     @abstractmethod
     def _starts(self, initial: Any) -> Array:

@@ -2,15 +2,16 @@
 
 Where a system is varied, a function ``f(name=value, ...) -> System`` may stand in its place. It is
 called once for each value, before anything is computed (sweeps with a store: chunk by chunk). With
-``units="SI"`` that function is the `Machine` of the given system: its SI quantities, some of which
-are varied. For continuation a `MadeSystem` remembers its function and numbers: derivatives by such
-a number are those by the system's own parameters times the differences of the function.
+``units="SI"`` that function is the `MakerInSI` of the given system: its SI quantities, some of
+which are varied. For continuation a machine that was `Made` remembers its function and numbers:
+derivatives by such a number are those by the system's own parameters times the differences of the
+function.
 """
 
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from ._core import PARAMETERS
 from .arguments import in_short, reject, state, states, swept, unknown
 from .by_value import leaves
 from .errors import ParameterError, StateError
+from .machine import Machine
 from .machine_kinds import is_maker, is_structure, need_system
 from .physical import QUANTITIES
 from .scales import in_si, needed
@@ -57,15 +59,15 @@ def called(function: Callable[..., Any], values: Mapping[str, float]) -> Any:
         raise
 
 
-def made(function: Maker, values: Mapping[str, float]) -> System:
-    """Return the system that a function makes; ParameterError if it makes something else."""
-    system = called(function, values)
-    if not isinstance(system, System):
+def made(function: Callable[..., Any], values: Mapping[str, float], *kinds: type[Any]) -> Any:
+    """Return what a function makes; ParameterError if that is none of some kinds of machine."""
+    found = called(function, values)
+    if not isinstance(found, kinds):
+        allowed = " or ".join(f"a vibroimpact.{kind.__name__}" for kind in kinds)
         raise ParameterError(
-            f"at {in_words(values)}: the function gave {in_short(system)}; allowed: a "
-            "vibroimpact.System"
+            f"at {in_words(values)}: the function gave {in_short(found)}; allowed: {allowed}"
         )
-    return system
+    return found
 
 
 def takes(function: Callable[..., Any], name: str) -> bool:
@@ -112,7 +114,7 @@ def check_names(function: Callable[..., Any], names: Sequence[str], what: str = 
         )
 
 
-class Machine:
+class MakerInSI:
     """The function of SI quantities that makes a system with scales, the others as they are.
 
     It takes coordinates of a start, too, which have no influence on the system: so the start is
@@ -195,7 +197,7 @@ def in_units(
     need_system(system, maker=True)
     if is_maker(system):
         reject("units", units, "None where a function makes the system, in units of its own")
-    machine = Machine(system)
+    machine = MakerInSI(system)
     for name in axes:
         if name in PARAMETERS and name not in QUANTITIES:
             raise ParameterError(
@@ -212,36 +214,50 @@ def in_units(
     return (machine if axes else system), needed(system.scales).from_si(states(initial))
 
 
-class MadeSystem(System):
-    """A system that remembers the function and the numbers that made it.
+class Made(Machine):
+    """A machine that remembers the function and the numbers that made it.
 
-    It compares, saves and pickles as any other system, without them.
+    It compares, saves and pickles as any other of its kind, without them.
     """
 
-    _function: Maker
+    # Of which it is one.
+    _KIND: ClassVar[type[Any]]
+
+    _function: Callable[..., Any]
     _numbers: dict[str, float]
     _sizes: dict[str, float]
 
     @classmethod
-    def of(cls, function: Maker, numbers: Mapping[str, float], sizes: Mapping[str, float]) -> Self:
-        """Make the system at some numbers; ``sizes`` are those of their ranges."""
-        system = cls(**made(function, numbers).to_dict())
-        object.__setattr__(system, "_function", function)
-        object.__setattr__(system, "_numbers", dict(numbers))
-        object.__setattr__(system, "_sizes", dict(sizes))
-        return system
-
-    def replace(self, **changes: Any) -> System:  # type: ignore[override]
-        """Return a system with some of its own parameters changed, which no function has made."""
-        return System(**self.to_dict()).replace(**changes)  # ``units`` is among them
+    def of(
+        cls,
+        function: Callable[..., Any],
+        numbers: Mapping[str, float],
+        sizes: Mapping[str, float],
+    ) -> Self:
+        """Make the machine at some numbers; ``sizes`` are those of their ranges."""
+        own = {"_function": function, "_numbers": dict(numbers), "_sizes": dict(sizes)}
+        machine = object.__new__(cls)
+        for name, value in (vars(made(function, numbers, cls._KIND)) | own).items():
+            object.__setattr__(machine, name, value)
+        return machine
 
     def at(self, numbers: Mapping[str, float]) -> Self:
-        """Return the system that the function makes at other numbers."""
+        """Return the machine that the function makes at other numbers."""
         return self.of(self._function, self._numbers | dict(numbers), self._sizes)
 
+    def replace(self, **changes: Any) -> Any:
+        """Return a machine with some of its own numbers changed, which no function has made."""
+        return self._KIND.from_dict(self.to_dict()).replace(**changes)  # ``units`` is among them
+
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle and copy as the system that it is."""
-        return System.from_dict, (self.to_dict(),)
+        """Pickle and copy as the machine that it is."""
+        return self._KIND.from_dict, (self.to_dict(),)
+
+
+class MadeSystem(Made, System):
+    """A System that remembers the function and the numbers that made it."""
+
+    _KIND = System
 
     def derivatives(self, names: Sequence[str]) -> NDArray[np.float64]:
         """Return the derivatives of all PARAMETERS by some numbers, shape (parameters, names)."""
@@ -254,7 +270,7 @@ class MadeSystem(System):
         def at(steps: float) -> NDArray[np.float64] | None:
             numbers = self._numbers | {name: value + steps * step}
             try:
-                return _row(made(self._function, numbers))
+                return _row(made(self._function, numbers, System))
             except ParameterError:
                 return None
 
@@ -287,46 +303,10 @@ def rows_of(systems: Sequence[System]) -> NDArray[np.float64]:
     return np.array([_row(system) for system in systems]).reshape(-1, len(PARAMETERS))
 
 
-class MadeStructure(Structure):
-    """A structure that remembers the function and the numbers that made it, as a `MadeSystem`."""
+class MadeStructure(Made, Structure):
+    """A Structure that remembers the function and the numbers that made it."""
 
-    _function: Callable[..., Structure]
-    _numbers: dict[str, float]
-    _sizes: dict[str, float]
-
-    @classmethod
-    def of(
-        cls,
-        function: Callable[..., Structure],
-        numbers: Mapping[str, float],
-        sizes: Mapping[str, float],
-    ) -> Self:
-        """Make the structure at some numbers; ``sizes`` are those of their ranges."""
-        found = called(function, numbers)
-        if not isinstance(found, Structure):
-            raise ParameterError(
-                f"at {in_words(numbers)}: the function gave {in_short(found)}; allowed: a "
-                "vibroimpact.Structure"
-            )
-        made = object.__new__(cls)
-        for name, value in vars(found).items():
-            object.__setattr__(made, name, value)
-        object.__setattr__(made, "_function", function)
-        object.__setattr__(made, "_numbers", dict(numbers))
-        object.__setattr__(made, "_sizes", dict(sizes))
-        return made
-
-    def replace(self, **changes: Any) -> Structure:  # type: ignore[override]
-        """Return a structure with some of its own numbers changed, which no function has made."""
-        return Structure.from_dict(self.to_dict()).replace(**changes)
-
-    def at(self, numbers: Mapping[str, float]) -> Self:
-        """Return the structure that the function makes at other numbers."""
-        return self.of(self._function, self._numbers | dict(numbers), self._sizes)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle and copy as the structure that it is."""
-        return Structure.from_dict, (self.to_dict(),)
+    _KIND = Structure
 
 
 def value_of(system: System | Structure, name: str) -> float:
@@ -337,7 +317,7 @@ def value_of(system: System | Structure, name: str) -> float:
     ParameterError
         If it is a number of all stops of a structure, which differ in it.
     """
-    if isinstance(system, MadeSystem | MadeStructure) and name in system._numbers:
+    if isinstance(system, Made) and name in system._numbers:
         return system._numbers[name]
     if isinstance(system, Structure) and is_of_stops(name):
         return value_of_stops(system.stops, name)
@@ -347,9 +327,7 @@ def value_of(system: System | Structure, name: str) -> float:
 
 def varied(system: Any, values: Mapping[str, float]) -> Any:
     """Return the system at other values of what is varied, as in `value_of`."""
-    if isinstance(system, MadeSystem | MadeStructure) and all(
-        name in system._numbers for name in values
-    ):
+    if isinstance(system, Made) and all(name in system._numbers for name in values):
         return system.at(values)
     return system.replace(**values)
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,9 +37,6 @@ from .stop import (
 )
 from .structure_fields import checked_fields, drive_of_pairs
 from .verbs import verb
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -290,28 +287,6 @@ class Structure(Machine):
         """
         known = self._basis.given.get("shapes")
         return fixed(self._compiled.shapes) if known is None else known
-
-    def plot(self, **options: Any) -> Axes:
-        """Draw a sketch of masses, springs, stops and drive, or of its modes.
-
-        It is that of ``vi.plot.machine``, with all coordinates 0.
-
-        Parameters
-        ----------
-        **options
-            As in ``vi.plot.machine``; ``state=`` draws it in another state.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Examples
-        --------
-        >>> structure.plot(phase=0.5).get_aspect()
-        1.0
-        """
-        axes: Axes = verb("draw")(self, **options)
-        return axes
 
     @completing(StructureChanges)
     def replace(self, **changes: Any) -> Self:

@@ -11,7 +11,7 @@ import dataclasses
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +25,6 @@ from .physical import PURE, changed, dimensionless, quantities
 from .scales import Scales, chosen, in_si, needed
 from .showing import Facts
 from .verbs import verb
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # Names in code of the symbols in reference data.
 SYMBOLS = {parameter.symbol: name for name, parameter in PARAMETERS.items()}
@@ -347,26 +344,6 @@ class System(Mechanics):
     def damping(self) -> tuple[float, float]:
         """Both damping ratios, (pendulum_damping, oscillator_damping)."""
         return self.pendulum_damping, self.oscillator_damping
-
-    def plot(self, **options: Any) -> "Axes":
-        """Draw the machine at rest, by ``vi.plot.machine``.
-
-        Parameters
-        ----------
-        **options
-            As in ``vi.plot.machine``; ``state=`` draws it in another state.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Examples
-        --------
-        >>> system.plot(phase=0.5).get_aspect()
-        1.0
-        """
-        axes: Axes = verb("draw")(self, **options)
-        return axes
 
     @completing(Changes)
     def replace(self, **changes: Any) -> Self:

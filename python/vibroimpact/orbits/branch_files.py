@@ -14,7 +14,7 @@ from .. import _core, archive
 from .._core import Border, Condition, Leg, StopCondition, StopLeg
 from ..continuation.names import OwnTest, PathEnd
 from ..errors import ParameterError
-from ..made import MadeStructure, MadeSystem
+from ..made import Made
 from ..structure import Structure
 from ..structure_motion import StructureOrbit
 from ..system import System
@@ -46,7 +46,7 @@ def write_branch(path: str | os.PathLike[str], branch: Branch) -> None:
     ParameterError
         If its parameter is a number of a function that makes the system: no file holds a function.
     """
-    if any(isinstance(piece.system, MadeSystem | MadeStructure) for piece in branch.pieces):
+    if any(isinstance(piece.system, Made) for piece in branch.pieces):
         raise ParameterError(
             f"a branch over {branch.parameter}, a number of a function that makes the system, is "
             "not allowed; allowed: a branch over a parameter of the system: a file holds no "

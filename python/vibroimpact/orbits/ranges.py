@@ -7,7 +7,7 @@ from typing import Any, NoReturn, TypeVar
 from ..arguments import number, pair, reject, triple, unknown
 from ..errors import ParameterError
 from ..machine_kinds import NOT_YET, is_maker
-from ..made import Machine, MadeStructure, Maker, check_names, made_from, started, value_of
+from ..made import MadeStructure, Maker, MakerInSI, check_names, made_from, started, value_of
 from ..physical import QUANTITIES
 from ..scales import in_si
 from ..structure import Structure
@@ -64,7 +64,7 @@ def begin(
         if function is not None:
             reject("units", units, "None where a function makes the system, in units of its own")
         of_motion: Any = motion.system
-        function = Machine(of_motion)
+        function = MakerInSI(of_motion)
         own = of_motion.to_physical()
         for name in parameters:
             if name not in QUANTITIES:

@@ -7,7 +7,7 @@ begins, changes its mode and ends.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -25,6 +25,8 @@ from .style import (
     SLIDE_STYLE,
     STICK_STYLE,
     ContactStyle,
+    phase_axis,
+    show_around,
 )
 
 if TYPE_CHECKING:
@@ -37,6 +39,20 @@ _STYLES: dict[str, ContactStyle] = {
     "slide": SLIDE_STYLE,
     "stick": STICK_STYLE,
     "chatter": CHATTER_STYLE,
+}
+
+
+class Mark(NamedTuple):
+    """How a point of a section is drawn, and what it is called."""
+
+    color: str
+    marker: str
+    text: str
+
+
+REGIME_MARKS = {
+    int(regime): Mark(style.color, style.marker, style.text)
+    for regime, style in REGIME_STYLES.items()
 }
 
 
@@ -158,6 +174,38 @@ def mark_regimes(
 ) -> None:
     """Mark the chosen impacts of a run at (x, y) with colour and shape of their regime."""
     draw_regimes(ax, run.impacts["regime"][chosen], x, y, size=size)
+
+
+def draw_section(
+    ax: Axes, x: Array, y: Array, kinds: NDArray[Any], styles: Mapping[int, Mark], area: float
+) -> None:
+    """Draw the points of a section, each kind of them in its style."""
+    for kind in np.unique(kinds):
+        here = kinds == kind
+        color, marker, text = styles[int(kind)]
+        ax.scatter(
+            x[here],
+            y[here],
+            s=area,
+            color=color,
+            marker=marker,
+            linewidths=0,
+            label=text,
+            rasterized=True,
+        )
+
+
+def name_section(ax: Axes, names: Sequence[str], texts: Sequence[str]) -> None:
+    """Name the axes of an impact section, and let them show what the columns need."""
+    for axis, name, text in zip("xy", names, texts, strict=True):
+        ax.set(**{f"{axis}label": text})
+        if name == "phase":
+            phase_axis(ax, axis)
+        else:
+            show_around(ax, axis)
+    if names[1] == "approach_velocity":
+        # The sizes of the bounces can be compared.
+        ax.set_ylim(bottom=0.0)
 
 
 def draw_regimes(

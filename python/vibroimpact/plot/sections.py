@@ -27,15 +27,14 @@ from .given import (
     run_hits_wall_at_rest,
     sectioned,
 )
+from .marks import REGIME_MARKS, draw_section, name_section
 from .structure_portrait import structure_impact_section, structure_stroboscopic
 from .style import (
     BLACK,
-    REGIME_STYLES,
     STATE_SYMBOLS,
     curve_legend,
     mark_area,
     new_axes,
-    phase_axis,
     regimes_found,
     show_around,
 )
@@ -115,31 +114,12 @@ def impact_section(
     area = mark_area(size, len(run.impacts))
     ax = new_axes(ax)
     regimes = run.impacts["regime"]
-    for regime in np.unique(regimes) if by_regime else []:
-        style = REGIME_STYLES[int(regime)]
-        here = regimes == regime
-        ax.scatter(
-            across[here],
-            up[here],
-            s=area,
-            color=style.color,
-            marker=style.marker,
-            linewidths=0,
-            label=style.text,
-            rasterized=True,
-        )
-    if not by_regime:
+    if by_regime:
+        draw_section(ax, across, up, regimes, REGIME_MARKS, area)
+    else:
         ax.scatter(across, up, s=area, color=BLACK, linewidths=0, rasterized=True)
-    for axis, name in (("x", x), ("y", y)):
-        text = STATE_SYMBOLS.get(name, name.replace("_", " "))
-        ax.set(**{f"{axis}label": drawn.label(name, text)})
-        if name == "phase":
-            phase_axis(ax, axis)
-        else:
-            show_around(ax, axis)
-    if y == "approach_velocity":
-        # The sizes of the bounces can be compared.
-        ax.set_ylim(bottom=0.0)
+    texts = [STATE_SYMBOLS.get(name, name.replace("_", " ")) for name in (x, y)]
+    name_section(ax, (x, y), [drawn.label(*named) for named in zip((x, y), texts, strict=True)])
     # Those of the legend can be seen, however small the points are.
     curve_legend(ax, legend, regimes_found(regimes.tolist()) if by_regime else [])
     return ax

@@ -18,7 +18,7 @@ from ..tables import Table
 from .coordinates import Combination, asked
 from .curve import is_driven, orbit_window, sample
 from .given import regime_color, sectioned
-from .marks import draw_path, draw_regimes
+from .marks import REGIME_MARKS, Mark, draw_path, draw_regimes, draw_section, name_section
 from .structure_history import (
     Stretch,
     bands_of,
@@ -28,13 +28,11 @@ from .structure_history import (
 )
 from .style import (
     BLACK,
-    REGIME_STYLES,
     STATE_SYMBOLS,
     STOPS,
     curve_legend,
     mark_area,
     new_axes,
-    phase_axis,
     regimes_found,
     show_around,
 )
@@ -129,34 +127,14 @@ def structure_impact_section(
     area = mark_area(size, len(impacts))
     ax = new_axes(ax)
     of = impacts["regime" if by_regime else "stop"]
-    handles = []
-    for number in np.unique(of):
-        style: tuple[str, str] = STOPS[number % len(STOPS)]
-        if by_regime:
-            regime = REGIME_STYLES[int(number)]
-            style = (regime.color, regime.marker)
-        here = of == number
-        ax.scatter(
-            across[here],
-            up[here],
-            s=area,
-            color=style[0],
-            marker=style[1],
-            linewidths=0,
-            rasterized=True,
-        )
-        handles.append(
-            Line2D([], [], ls="none", marker=style[1], color=style[0], label=f"stop {number}")
-        )
-    for axis, (name, part) in zip("xy", columns, strict=True):
-        ax.set(**{f"{axis}label": _symbol(name, part)})
-        if name == "phase":
-            phase_axis(ax, axis)
-        else:
-            show_around(ax, axis)
-    if y == "approach_velocity":
-        # The sizes of the bounces can be compared.
-        ax.set_ylim(bottom=0.0)
+    found = [int(number) for number in np.unique(of)]
+    stops = {number: Mark(*STOPS[number % len(STOPS)], f"stop {number}") for number in found}
+    draw_section(ax, across, up, of, REGIME_MARKS if by_regime else stops, area)
+    name_section(ax, [name for name, _ in columns], [_symbol(*column) for column in columns])
+    handles = [
+        Line2D([], [], ls="none", color=color, marker=marker, label=text)
+        for color, marker, text in stops.values()
+    ]
     curve_legend(ax, legend, regimes_found(of.tolist()) if by_regime else handles)
     return ax
 

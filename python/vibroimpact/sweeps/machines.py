@@ -11,11 +11,9 @@ import numpy as np
 
 from .. import _core
 from .._core import PARAMETERS
-from ..arguments import in_short, reject, state, states
-from ..errors import ParameterError
+from ..arguments import reject, state, states
 from ..machine import Machine
 from ..machine_kinds import is_maker
-from ..made import Maker, called, in_words
 from ..scales import Scales
 from ..system import System
 from .columns import COORDINATES
@@ -151,17 +149,6 @@ def machine_of(system: Any) -> GridMachine:
     from .structure_machine import StructureMachine  # who works without pays nothing
 
     return StructureMachine(system)
-
-
-def made_machine(function: Maker, values: Mapping[str, float]) -> Any:
-    """Return the machine that a function makes; ParameterError if it makes something else."""
-    system = called(function, values)
-    if not isinstance(system, Machine):
-        raise ParameterError(
-            f"at {in_words(values)}: the function gave {in_short(system)}; allowed: a "
-            "vibroimpact.System or a vibroimpact.Structure"
-        )
-    return system
 
 
 def first_of_each(coordinates: Sequence[str]) -> list[str]:

@@ -20,14 +20,19 @@ from numpy.typing import NDArray
 
 from ..errors import ParameterError, StateError
 from ..machine_kinds import is_maker
-from ..made import called, check_names, in_words, takes
+from ..made import called, check_names, in_words, made, takes
+from ..structure import Structure
+from ..system import System
 from .columns import COORDINATES
 from .fields import Field
 from .grid import Grid
 from .grid_machine import START, GridMachine, start_field, with_coordinates
-from .machines import machine_of, made_machine
+from .machines import machine_of
 
 Array = NDArray[np.float64]
+
+# What a function may make.
+_KINDS = (System, Structure)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -105,7 +110,7 @@ class CellsToMake:
             if is_maker(given):
                 check_names(given, [*axes], what)
         values = combination(axes, 0)
-        first = made_machine(system, values) if is_maker(system) else system
+        first = made(system, values, *_KINDS) if is_maker(system) else system
         self.machine = machine_of(first)
         if keeps and first._starts(initial).ndim == len(self.machine.final_state.shape):
             self._initial = partial(_the_same, initial)
@@ -150,7 +155,8 @@ class CellsToMake:
         """Call the functions for a combination."""
         values = combination(self.axes, place)
         makes = is_maker(self._system)
-        return self._rows(made_machine(self._system, values) if makes else self._system, values)
+        system = made(self._system, values, *_KINDS) if makes else self._system
+        return self._rows(system, values)
 
     def _rows(self, system: Any, values: Mapping[str, float]) -> dict[str, Any]:
         """Return what is kept of a machine, and the start that a function makes for it."""

@@ -7,11 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from flint import arb, ctx, fmpq
 
-from ..reference.contact import Undecided
 from ..reference.flight import System as ExactSystem
 from ..reference.flight import exact
 from ..reference.hold import Phase
@@ -20,8 +18,7 @@ from ..reference.simulate import Event
 from ..reference.slide import Settings, Touch
 from ..system import SYMBOLS, System
 from .passes import Entry, Pass
-from .path import Parted, Path, Unproved
-from .result import Early
+from .path import Parted, Path, Unproved, ended
 from .watch import Watch
 
 #: Shifts of v1(0) that show how perturbations grow, in flights and, less exact, through contact.
@@ -102,8 +99,6 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
     start[3] += exact(nudge) if touching else 0
     tolerance = 10.0 ** -min(300.0, 0.13 * bits)
     settings = Settings(bits, order=max(20, bits // 8), tolerance=tolerance)
-    stopped: Early | Literal[""] = ""
-    detail = ending = ""
     problem.watch.begin(bits)
     with ctx.workprec(bits):
         moments = Path(problem.times(), problem.end(), problem.watch, problem.system)
@@ -119,21 +114,11 @@ def follow(problem: Problem, bits: int, *, enclose: bool, nudge: str = "0") -> P
             most_impacts=problem.most_impacts,
         )
         motion.watch = problem.watch
-        try:
-            ending = motion.run().ending
-        except Parted:
-            stopped, detail = "lost", "the run has parted from the exact motion for good"
-        except Unproved:
-            stopped, detail = "unproved", "complete chatter or sustained contact"
-        except Undecided as doubt:
-            stopped, detail = "undecided", str(doubt)
-        except ValueError as error:
-            stopped = "undecided" if motion.story else "start"
-            detail = str(error)
-        except RuntimeError as error:
-            stopped, detail = "event_cap", f"{error} (max_events)"
-        except KeyboardInterrupt:
-            stopped, detail = "interrupted", "interrupted"
+        ending, stopped, detail = ended(
+            lambda: motion.run().ending,
+            motion.story,
+            unproved="complete chatter or sustained contact",
+        )
         entries = [
             _entry(told, place < motion.proved, problem)
             for place, told in enumerate(motion.story)

@@ -13,7 +13,7 @@ import math
 from abc import abstractmethod
 from array import array
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from flint import arb, ctx
 
@@ -21,6 +21,7 @@ from ..reference.contact import Undecided
 from ..reference.flight import State
 from ..reference.flight import System as ExactSystem
 from ..reference.samples import Samples
+from .result import Early
 from .watch import OWN_PERIOD, Watch
 
 S = TypeVar("S")
@@ -43,6 +44,29 @@ class Parted(Exception):
 
 class Unproved(Exception):
     """Nothing is proved from here on."""
+
+
+def ended(
+    run: Callable[[], str], story: Sequence[object], *, unproved: str
+) -> tuple[str, Early | Literal[""], str]:
+    """Run a motion; return how it ended, or why it stopped early, and that in words.
+
+    `story` is what it tells of so far; `unproved` says what an enclosure cannot pass.
+    """
+    try:
+        return run(), "", ""
+    except Parted:
+        return "", "lost", "the run has parted from the exact motion for good"
+    except Unproved:
+        return "", "unproved", unproved
+    except Undecided as doubt:
+        return "", "undecided", str(doubt)
+    except ValueError as error:
+        return "", "undecided" if story else "start", str(error)
+    except RuntimeError as error:
+        return "", "event_cap", f"{error} (max_events)"
+    except KeyboardInterrupt:
+        return "", "interrupted", "interrupted"
 
 
 class Watched(Samples[S]):

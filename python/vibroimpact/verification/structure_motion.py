@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from flint import arb, ctx, fmpq
 
-from ..reference.contact import Undecided
 from ..reference.structure import Change, Impact
 from ..reference.structure import Structure as ExactStructure
 from ..reference.structure.flow import vector
@@ -20,8 +18,7 @@ from ..reference.structure.result import State
 from ..reference.structure.simulate import Motion
 from ..structure import Structure
 from .passes import Entry, Pass
-from .path import Parted, Unproved, Watched
-from .result import Early
+from .path import Parted, Unproved, Watched, ended
 from .told import essential
 from .watch import Watch
 
@@ -163,26 +160,17 @@ class _Followed(Motion):
 
 
 def _follow(problem: StructureProblem, bits: int, *, enclose: bool) -> Pass:
-    stopped: Early | Literal[""] = ""
-    detail = ending = ""
     structure = problem.structure
     problem.watch.begin(bits)
     with ctx.workprec(bits):
         path = _Path(problem)
         motion = _Followed(structure, problem.start, path, problem.most, enclose=enclose)
         motion.watch = problem.watch
-        try:
-            ending = motion.run().ending
-        except Parted:
-            stopped, detail = "lost", "the run has parted from the exact motion for good"
-        except Unproved:
-            stopped, detail = "unproved", "complete chatter, or a sequence without end"
-        except Undecided as doubt:
-            stopped, detail = "undecided", str(doubt)
-        except ValueError as error:
-            stopped, detail = "undecided" if motion.story else "start", str(error)
-        except KeyboardInterrupt:
-            stopped, detail = "interrupted", "interrupted"
+        ending, stopped, detail = ended(
+            lambda: motion.run().ending,
+            motion.story,
+            unproved="complete chatter, or a sequence without end",
+        )
         if ending == "event_cap":
             stopped, detail = "event_cap", f"more than {problem.most} events (max_events)"
         done = Pass(
