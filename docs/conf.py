@@ -71,7 +71,7 @@ smartquotes_action = "D"
 EXECUTED = (
     *("start", "tutorial", "special-systems", "cheat-sheet", "drawing", "basins", "orbits"),
     *("howto/machine", "howto/diagram", "howto/real-orbit", "howto/basins"),
-    *("howto/from-a-picture", "other-peoples-systems"),
+    *("howto/structure", "howto/finite-elements", "howto/from-a-picture", "other-peoples-systems"),
 )
 sys.path.insert(0, str(Path(__file__).parent))
 nb_custom_formats = {f"docs/{page}.md": ["executed.read", {}] for page in EXECUTED}

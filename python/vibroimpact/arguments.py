@@ -292,6 +292,11 @@ def array_of(
 
     if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
         raise error(f"{refusal()}, without a mask")
+    if hasattr(type(given), "toarray"):  # a sparse matrix, which NumPy takes for one object
+        kind = type(given).__name__
+        raise error(
+            f"{name} of type {kind} is not allowed; allowed: {allowed}: {name}.toarray() gives them"
+        )
     try:
         return np.asarray(given)
     except ValueError as ragged:
@@ -402,9 +407,12 @@ def complex_vector(
 
 
 def matrix(
-    name: str, values: Any, *, rows: int | None = None, columns: int | None = None
+    name: str, values: Any, *, rows: int | None = None, columns: int | None = None, more: str = ""
 ) -> NDArray[np.float64]:
-    """Return ``values`` as a matrix of finite numbers; square where no numbers are told."""
+    """Return ``values`` as a matrix of finite numbers; square where no numbers are told.
+
+    ``more`` ends what an error about the shape allows.
+    """
     array = array_of(name, values, "a matrix of finite numbers")
     sides = ["n >= 1" if side is None else str(side) for side in (rows, columns)]
     wanted = f"({', '.join(sides)})"
@@ -414,7 +422,10 @@ def matrix(
     elif fits:
         fits = rows in (None, array.shape[0]) and columns in (None, array.shape[1])
     if not fits:
-        raise ParameterError(f"{_shape_of(name, array)} is not allowed; allowed: shape {wanted}")
+        if array.ndim == 1 and array.size and rows == columns:
+            more += f"; np.diag({name}) has these numbers on its diagonal"
+        shown = _shape_of(name, array)
+        raise ParameterError(f"{shown} is not allowed; allowed: shape {wanted}{more}")
     if array.dtype.kind not in "iuf":
         raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
     result = as_floats(array)

@@ -62,7 +62,10 @@ def checked_fields(given: Mapping[str, Any], *, count: int, modes: int) -> dict[
     if damping is not None and ratios is not None:
         reject("damping_ratios", ratios, "None beside damping=")
     if damping is not None:
-        fields["damping"] = fixed(matrix("damping", damping, rows=count, columns=count))
+        of_modes = "; damping_ratios= takes numbers of the modes"
+        fields["damping"] = fixed(
+            matrix("damping", damping, rows=count, columns=count, more=of_modes)
+        )
     if ratios is not None:
         fields["damping_ratios"] = fixed(
             vector("damping_ratios", ratios, length=modes, spread=True)

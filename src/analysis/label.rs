@@ -13,8 +13,7 @@ use crate::analysis::period::{
 };
 use crate::analysis::return_map::{Beside, Orbit, orbit_beside};
 use crate::analysis::tolerances::{
-    EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS, GROWTH_PER_RUN, GROWTH_STEP,
-    LONG_GROWTH_PERIODS, LONG_PART, LONGEST_GROWTH, RATE_RTOL, SETTLED_RESIDUAL,
+    EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_STEP, RATE_RTOL, SETTLED_RESIDUAL,
 };
 use crate::flight::Apart;
 use crate::numerics::cancel::CancelToken;
@@ -31,10 +30,9 @@ pub(crate) struct Labelling {
     orbit: Option<Orbit>,
     /// The growth over all periods it has been followed for.
     growth: Option<Growth>,
-    /// Drive periods it is followed for; fewest before it is told, and most.
+    /// Drive periods it is followed for, and fewest before it is told.
     periods: u32,
     fewest: u32,
-    most: u32,
 }
 
 impl Labelling {
@@ -46,8 +44,6 @@ impl Labelling {
         cancel: &CancelToken,
     ) -> (Self, Option<Box<Following>>) {
         let (report, later) = run.judged_by_sections(cancel);
-        let length = u32::try_from(run.final_state.clock.period).unwrap_or(u32::MAX);
-        let (shortest, longest) = LONGEST_GROWTH;
         let mut labelling = Self {
             report,
             later: None,
@@ -55,7 +51,6 @@ impl Labelling {
             growth: None,
             periods: FIRST_GROWTH_PERIODS,
             fewest: least_growth,
-            most: length.saturating_mul(GROWTH_PER_RUN).clamp(shortest, longest),
         };
         if !run.stop_reason.reached_the_end() {
             labelling.report = report.undecided(WhyUndecided::Incomplete);
@@ -67,18 +62,12 @@ impl Labelling {
             labelling.report = run.apart_for_ever(report, apart);
         } else {
             labelling.report = report.undecided(WhyUndecided::NotMeasurable);
-            if labelling.affords(run, labelling.periods) {
+            if run.affords_growth(labelling.periods) {
                 let following = Following::new(run, labelling.periods, cancel);
                 return (labelling, Some(Box::new(following)));
             }
         }
         (labelling, None)
-    }
-
-    /// Whether so many periods have few enough impacts.
-    fn affords(&self, run: &Run, periods: u32) -> bool {
-        let each = run.impacts.len() as f64 / f64::from(run.kept_periods().max(1));
-        periods <= self.most && each * f64::from(periods) <= GROWTH_IMPACTS
     }
 
     /// Looks at what has been followed: tells the label, or hands back what is to be followed
@@ -102,13 +91,10 @@ impl Labelling {
             self.later = Some(later);
             return None;
         }
-        let unclear =
-            Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
-        self.report = self.report.decided(Kind::Unresolved, unclear);
-        let verdict = growth.verdict(LONG_GROWTH_PERIODS.max(self.most / LONG_PART));
+        let (verdict, may_show_more) = run.verdict_on(&growth);
+        self.report = self.report.told_by_growth(growth, verdict);
         if verdict == GrowthVerdict::Grows {
             // What follows counts for the exponent alone: a chaotic motion may end.
-            self.report = self.report.decided(Kind::Chaotic, Evidence::GrowthExponential(growth));
             if self.periods >= self.fewest {
                 return None;
             }
@@ -117,9 +103,7 @@ impl Labelling {
             return Some(following);
         }
         let next = next_look(self.periods);
-        let goes_on = verdict != GrowthVerdict::Stays
-            && growth.may_show_more(self.most)
-            && self.affords(run, next);
+        let goes_on = verdict != GrowthVerdict::Stays && may_show_more && run.affords_growth(next);
         // A motion that still converges, or has only just done so, will return.
         let report = if goes_on && verdict == GrowthVerdict::Unclear {
             following.last_return(cancel)
@@ -134,10 +118,6 @@ impl Labelling {
             self.report = run.told_by(&later, self.report);
             self.later.get_or_insert(later);
             return None;
-        }
-        if verdict == GrowthVerdict::Stays {
-            let evidence = Evidence::GrowthBounded(growth);
-            self.report = self.report.decided(Kind::QuasiPeriodic, evidence);
         }
         goes_on.then(|| {
             self.periods = next;

@@ -42,7 +42,7 @@ mod hump;
 mod trajectory;
 mod verdict;
 
-pub(crate) use verdict::Digits;
+pub(crate) use verdict::{Digits, is_same_cycle, is_violated, largest};
 pub use verdict::{Rejection, Verdict};
 
 use crate::analysis::tolerances::NEGATIVE_LEG;

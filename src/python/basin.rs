@@ -7,10 +7,11 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::cancel::{Progress, interruptible};
+use super::period::orbit_numbers;
 use super::simulate::Machine;
 use crate::analysis::Workers;
 use crate::analysis::basin::{Arrival, ArrivalStatus, Followed, Target};
-use crate::analysis::period::{CHATTERING, ImpactCount, PeriodReport};
+use crate::analysis::period::{CHATTERING, PeriodReport};
 use crate::analysis::sweep::{PointStatus, arrive_many};
 use crate::model::error::{ParameterError, StateError};
 use crate::model::parameters::System;
@@ -101,18 +102,12 @@ impl PyArrivals {
     /// (n,) period in drive periods of those left over, 0 where none was found.
     #[getter]
     fn m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.column(py, |arrival| {
-            arrival.period.and_then(|report| report.orbit).map_or(0, |(m, _)| m as i64)
-        })
+        self.column(py, |arrival| orbit_numbers(arrival.period)[0])
     }
     /// (n,) their impacts per orbit, -1 with complete chatter.
     #[getter]
     fn n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.column(py, |arrival| match arrival.period.and_then(|report| report.orbit) {
-            Some((_, ImpactCount::Finite(n))) => n as i64,
-            Some((_, ImpactCount::Infinite)) => -1,
-            None => 0,
-        })
+        self.column(py, |arrival| orbit_numbers(arrival.period)[1])
     }
     /// (l,) the starts left over at the end of a completed run.
     #[getter(left)]

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use super::cancel::interruptible;
 use super::enums::Member;
-use crate::analysis::period::{EvidenceKind, ImpactCount, PeriodReport, WhyUndecided};
+use crate::analysis::period::{EvidenceKind, ImpactCount, Kind, PeriodReport, WhyUndecided};
 use crate::model::error::ParameterError;
 use crate::numerics::cancel::CancelToken;
 
@@ -21,6 +21,26 @@ impl PyPeriodReport {
         let (report, _) = interruptible::<_, ParameterError>(py, None, |cancel| Ok(found(cancel)))?;
         Ok(Self(report))
     }
+}
+
+/// m and n of a label as tables of integers have them: m = 0 where there is no period, n = -1 with
+/// complete chatter.
+pub(super) fn orbit_numbers(period: Option<PeriodReport>) -> [i64; 2] {
+    match period.and_then(|report| report.orbit) {
+        Some((m, ImpactCount::Finite(n))) => [m as i64, n as i64],
+        Some((m, ImpactCount::Infinite)) => [m as i64, -1],
+        None => [0, 0],
+    }
+}
+
+/// The place of a kind of motion in `MOTION_NAMES`.
+pub(super) fn motion_number(period: Option<PeriodReport>) -> i8 {
+    period.map_or(Kind::Unresolved, |report| report.kind) as i8
+}
+
+/// The largest difference of sections m periods apart.
+pub(super) fn residual(period: Option<PeriodReport>) -> f64 {
+    period.map_or(f64::NAN, |report| report.residual)
 }
 
 #[pymethods]

@@ -10,12 +10,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::cancel::{Progress, interruptible};
+use super::period::{motion_number, orbit_numbers, residual};
 use super::structure::PyStructure;
 use super::structure_parts::starts;
 use super::structure_run::{impacts, states};
 use super::sweep::measure_from;
 use crate::analysis::Workers;
-use crate::analysis::period::{ImpactCount, Kind};
 use crate::analysis::structure_sweep::{
     StructureCells, StructurePoint, structure_sweep as sweep_of_structures,
 };
@@ -90,26 +90,22 @@ impl PyStructureSweep {
     /// (n,) period in drive periods, 0 where none was found.
     #[getter]
     fn m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.column(py, |p| p.period.and_then(|r| r.orbit).map_or(0, |(m, _)| m as i64))
+        self.column(py, |p| orbit_numbers(p.period)[0])
     }
     /// (n,) impacts per orbit, -1 with complete chatter.
     #[getter]
     fn n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.column(py, |p| match p.period.and_then(|r| r.orbit) {
-            Some((_, ImpactCount::Finite(n))) => n as i64,
-            Some((_, ImpactCount::Infinite)) => -1,
-            None => 0,
-        })
+        self.column(py, |p| orbit_numbers(p.period)[1])
     }
     /// (n,) place of each kind of motion in `MOTION_NAMES`.
     #[getter]
     fn motion<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        self.column(py, |p| p.period.map_or(Kind::Unresolved, |r| r.kind) as i8)
+        self.column(py, |p| motion_number(p.period))
     }
     /// (n,) largest difference of sections m periods apart.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.column(py, |p| p.period.map_or(f64::NAN, |r| r.residual))
+        self.column(py, |p| residual(p.period))
     }
     /// (n, most) Lyapunov exponents, descending; NaN where a cell has none.
     #[getter]

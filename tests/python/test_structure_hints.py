@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from matplotlib import pyplot
+from scipy.sparse import csr_array
 
 import vibroimpact as vi
 from struck import REST, SETTLING, masses_run, orbit
@@ -218,6 +219,21 @@ def test_axes_of_branches_are_named_as_those_of_diagrams():
         (
             lambda: vi.Stop([0, 0], 0.1, 0.5),
             "normal = 2 zeros is not allowed; allowed: at least one entry other than 0",
+        ),
+        (
+            lambda: TWO.replace(mass=[1, 2]),
+            "mass of shape (2,) is not allowed; allowed: shape (n >= 1, n >= 1); np.diag(mass) has "
+            "these numbers on its diagonal",
+        ),
+        (
+            lambda: TWO.replace(damping=0.1),
+            "damping = 0.1 is not allowed; allowed: shape (2, 2); damping_ratios= takes numbers of "
+            "the modes",
+        ),
+        (
+            lambda: TWO.replace(stiffness=csr_array(np.eye(2))),
+            "stiffness of type csr_array is not allowed; allowed: a matrix of finite numbers: "
+            "stiffness.toarray() gives them",
         ),
         (
             lambda: TWO.replace(gap_5=0.1),

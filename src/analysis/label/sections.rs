@@ -2,8 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::analysis::period::PeriodReport;
-use crate::analysis::tolerances::{AT_SECTION, CONVERGENCE_PERIODS};
+use crate::analysis::period::{Growth, GrowthVerdict, PeriodReport};
+use crate::analysis::tolerances::{
+    AT_SECTION, CONVERGENCE_PERIODS, GROWTH_IMPACTS, GROWTH_PER_RUN, LONG_GROWTH_PERIODS,
+    LONG_PART, LONGEST_GROWTH,
+};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::Horizon;
 use crate::simulate::run::{Recorded, Row, Run, RunOptions};
@@ -69,6 +72,26 @@ impl<M: Recorded> Run<M> {
     pub(super) fn told_by(&self, later: &Run<M>, report: PeriodReport) -> PeriodReport {
         let by = later.final_state.clock.period - self.final_state.clock.period;
         PeriodReport { evidence: report.evidence.later(by), ..report }
+    }
+
+    /// Most drive periods over which a growth is measured.
+    fn longest_growth(&self) -> u32 {
+        let length = u32::try_from(self.final_state.clock.period).unwrap_or(u32::MAX);
+        let (shortest, longest) = LONGEST_GROWTH;
+        length.saturating_mul(GROWTH_PER_RUN).clamp(shortest, longest)
+    }
+
+    /// Whether a growth may be measured over so many periods: they have few enough impacts.
+    pub(super) fn affords_growth(&self, periods: u32) -> bool {
+        let each = self.impacts.len() as f64 / f64::from(self.kept_periods().max(1));
+        periods <= self.longest_growth() && each * f64::from(periods) <= GROWTH_IMPACTS
+    }
+
+    /// What a growth says, and whether a longer one may say more.
+    pub(super) fn verdict_on(&self, growth: &Growth) -> (GrowthVerdict, bool) {
+        let most = self.longest_growth();
+        let verdict = growth.verdict(LONG_GROWTH_PERIODS.max(most / LONG_PART));
+        (verdict, growth.may_show_more(most))
     }
 
     pub(super) fn kept_periods(&self) -> u32 {

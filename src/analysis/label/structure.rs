@@ -1,12 +1,11 @@
 //! The label of a run of a structure.
 
 use super::next_look;
-use crate::analysis::period::{Evidence, Growth, GrowthVerdict, Kind, PeriodReport, WhyUndecided};
+use crate::analysis::period::{Growth, GrowthVerdict, PeriodReport, WhyUndecided};
 use crate::analysis::structure_lyapunov::Measurement;
 use crate::analysis::structure_orbit::structure_orbit;
 use crate::analysis::tolerances::{
-    ALIGNING_STEPS, CERTAIN_MULTIPLIER, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS, GROWTH_IMPACTS,
-    GROWTH_PER_RUN, LONG_GROWTH_PERIODS, LONG_PART, LONGEST_GROWTH,
+    ALIGNING_STEPS, CERTAIN_MULTIPLIER, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS,
 };
 use crate::model::structure::Structure;
 use crate::numerics::cancel::CancelToken;
@@ -62,39 +61,21 @@ impl Run<Structure> {
 impl StructureLabelling {
     /// The verdict on a motion that does not repeat. The perturbation goes on from look to look.
     fn look_at_growth(&mut self, run: &Run<Structure>, cancel: &CancelToken) {
-        let length = u32::try_from(run.final_state.clock.period).unwrap_or(u32::MAX);
-        let (shortest, longest) = LONGEST_GROWTH;
-        let most = length.saturating_mul(GROWTH_PER_RUN).clamp(shortest, longest);
-        let each = run.impacts.len() as f64 / f64::from(run.kept_periods().max(1));
-        let affords = |periods: u32| periods <= most && each * f64::from(periods) <= GROWTH_IMPACTS;
         self.report = self.report.undecided(WhyUndecided::NotMeasurable);
         let mut periods = FIRST_GROWTH_PERIODS;
-        while affords(periods) && !cancel.is_cancelled() {
+        while run.affords_growth(periods) && !cancel.is_cancelled() {
             if self.growing.is_none() {
                 self.growing = run.perturbed(cancel);
             }
             let Some(growing) = &mut self.growing else { return };
             growing.extend_to(periods);
             let Some(growth) = growth_of(growing, run) else { return };
-            let unclear =
-                Evidence::Undecided { why: WhyUndecided::GrowthUnclear, growth: Some(growth) };
-            self.report = self.report.decided(Kind::Unresolved, unclear);
-            match growth.verdict(LONG_GROWTH_PERIODS.max(most / LONG_PART)) {
-                GrowthVerdict::Grows => {
-                    let evidence = Evidence::GrowthExponential(growth);
-                    self.report = self.report.decided(Kind::Chaotic, evidence);
-                    return;
-                }
-                GrowthVerdict::Stays => {
-                    let evidence = Evidence::GrowthBounded(growth);
-                    self.report = self.report.decided(Kind::QuasiPeriodic, evidence);
-                    return;
-                }
-                GrowthVerdict::Unclear if growth.may_show_more(most) => {
-                    periods = next_look(periods);
-                }
-                GrowthVerdict::Unclear | GrowthVerdict::Shrinks => return,
+            let (verdict, may_show_more) = run.verdict_on(&growth);
+            self.report = self.report.told_by_growth(growth, verdict);
+            if verdict != GrowthVerdict::Unclear || !may_show_more {
+                return;
             }
+            periods = next_look(periods);
         }
     }
 

@@ -1,6 +1,6 @@
 //! What the sections of a motion say of it: its orbit, what the verdict stands on, and its label.
 
-use super::evidence::{Evidence, WhyUndecided};
+use super::evidence::{Evidence, Growth, GrowthVerdict, WhyUndecided};
 use crate::numerics::cancel::CancelToken;
 
 /// What the stroboscopic section says of a motion.
@@ -88,6 +88,22 @@ impl PeriodReport {
     /// The report with the verdict on a motion that does not repeat.
     pub(crate) fn decided(self, kind: Kind, evidence: Evidence) -> Self {
         Self { evidence, kind, ..self }
+    }
+
+    /// The report with what the growth of a perturbation says of a motion that does not repeat.
+    pub(crate) fn told_by_growth(self, growth: Growth, verdict: GrowthVerdict) -> Self {
+        match verdict {
+            GrowthVerdict::Grows => {
+                self.decided(Kind::Chaotic, Evidence::GrowthExponential(growth))
+            }
+            GrowthVerdict::Stays => {
+                self.decided(Kind::QuasiPeriodic, Evidence::GrowthBounded(growth))
+            }
+            GrowthVerdict::Unclear | GrowthVerdict::Shrinks => {
+                let why = WhyUndecided::GrowthUnclear;
+                self.decided(Kind::Unresolved, Evidence::Undecided { why, growth: Some(growth) })
+            }
+        }
     }
 
     /// Factor per drive period by which the distance of the sections from the orbit decreases.

@@ -155,7 +155,7 @@ impl Orbit<'_> {
         if let Some(violated) = self.violated() {
             return Ok(Some(Rejection::Violated(violated)));
         }
-        let growth = return_map.iter().fold(1.0, |most: f64, slope| most.max(slope.abs()));
+        let growth = largest(return_map.iter());
         self.simulated_otherwise(growth, max_events, cancel)
     }
 
@@ -182,12 +182,7 @@ impl Orbit<'_> {
     fn violated(&self) -> Option<ConditionValue> {
         let mut tests = self.tests();
         tests.sort_by_key(|test| test.condition.border.kind() != BorderKind::Grazing);
-        tests.into_iter().find(|test| {
-            // On a border between regimes the motion belongs to both, also at a graze.
-            let least =
-                if test.condition.border == Border::ApproachVelocity { 0.0 } else { -ON_BORDER };
-            test.value.is_nan() || test.value <= least
-        })
+        tests.into_iter().find(|test| is_violated(test.condition.border, test.value))
     }
 
     fn simulated_otherwise(
@@ -210,12 +205,7 @@ impl Orbit<'_> {
             Ok((itinerary, _)) => told(&system, &itinerary.legs),
             Err(error) => return refused_or(error),
         };
-        let own = told(&system, &self.itinerary.legs);
-        let same = |shift: usize| {
-            passed.len() == own.len()
-                && passed[shift..].iter().chain(&passed[..shift]).eq(own.iter())
-        };
-        if !(0..passed.len()).any(same) {
+        if !is_same_cycle(&passed, &told(&system, &self.itinerary.legs)) {
             return Ok(Some(Rejection::OtherEvents));
         }
         let end = match run(&system, start, RunOptions::periods(periods).keep(0), cancel) {
@@ -228,7 +218,7 @@ impl Orbit<'_> {
         let start = start.to_array();
         let off =
             start.iter().zip(end).fold(0.0, |off: f64, (from, to)| off.max((to - from).abs()));
-        let scale = start.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
+        let scale = largest(start.iter());
         Ok((off > CLOSES * scale * growth).then_some(Rejection::NotClosed(off)))
     }
 
@@ -255,6 +245,24 @@ impl Orbit<'_> {
         }
         longest.map_or(0.0, |(start, length)| start + 0.5 * length)
     }
+}
+
+/// The size of the largest number, at least 1.
+pub(crate) fn largest<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
+    numbers.fold(1.0, |most: f64, x| most.max(x.abs()))
+}
+
+/// Whether the value of a condition says that it does not hold. On a border between regimes the
+/// motion belongs to both, also at a graze.
+pub(crate) fn is_violated(border: Border, value: f64) -> bool {
+    let least = if border == Border::ApproachVelocity { 0.0 } else { -ON_BORDER };
+    value.is_nan() || value <= least
+}
+
+/// Whether two cycles pass the same legs, wherever they begin.
+pub(crate) fn is_same_cycle<T: PartialEq>(one: &[T], other: &[T]) -> bool {
+    let same = |shift: usize| one[shift..].iter().chain(&one[..shift]).eq(other);
+    one.len() == other.len() && (0..one.len()).any(same)
 }
 
 /// A refused start and a wish to end are no verdicts.

@@ -4,8 +4,8 @@
 use std::fmt;
 
 use super::{StopConditionValue, StructureCycle, StructureItinerary, numbers, state_of};
-use crate::analysis::shooting::Digits;
-use crate::analysis::tolerances::{CLOSES, NEAR_EVENT, ON_BORDER};
+use crate::analysis::shooting::{Digits, is_same_cycle, is_violated, largest};
+use crate::analysis::tolerances::{CLOSES, NEAR_EVENT};
 use crate::model::error::StateError;
 use crate::model::structure::StructureState;
 use crate::numerics::cancel::CancelToken;
@@ -80,7 +80,7 @@ impl StructureCycle<'_> {
         if let Some(violated) = self.violated() {
             return Ok(Some(StructureRejection::Violated(violated)));
         }
-        let growth = return_map.iter().fold(1.0, |most: f64, slope| most.max(slope.abs()));
+        let growth = largest(return_map.iter());
         self.simulated_otherwise(growth, max_events, cancel)
     }
 
@@ -88,11 +88,7 @@ impl StructureCycle<'_> {
     fn violated(&self) -> Option<StopConditionValue> {
         let mut tests = self.tests();
         tests.sort_by_key(|test| test.condition.border.kind() != BorderKind::Grazing);
-        tests.into_iter().find(|test| {
-            let approach = test.condition.border == Border::ApproachVelocity;
-            let least = if approach { 0.0 } else { -ON_BORDER };
-            test.value.is_nan() || test.value <= least
-        })
+        tests.into_iter().find(|test| is_violated(test.condition.border, test.value))
     }
 
     fn simulated_otherwise(
@@ -118,12 +114,7 @@ impl StructureCycle<'_> {
             Ok((itinerary, _)) => itinerary.legs,
             Err(error) => return refused_or(error),
         };
-        let own = &self.itinerary.legs;
-        let same = |shift: usize| {
-            passed.len() == own.len()
-                && passed[shift..].iter().chain(&passed[..shift]).eq(own.iter())
-        };
-        if !(0..passed.len()).any(same) {
+        if !is_same_cycle(&passed, &self.itinerary.legs) {
             return Ok(Some(StructureRejection::OtherEvents));
         }
         let mut simulation = match Simulation::new(structure, start.clone()) {
@@ -146,7 +137,7 @@ impl StructureCycle<'_> {
         }
         let (from, to) = (numbers(&start), numbers(&end));
         let off = (to - &from).amax();
-        let scale = from.amax().max(1.0);
+        let scale = largest(from.iter());
         Ok((off > CLOSES * scale * growth).then_some(StructureRejection::NotClosed(off)))
     }
 
