@@ -7,6 +7,7 @@
 
 mod closed_forms;
 
+use crate::support::impacts::system;
 use std::f64::consts::PI;
 
 use rand::{RngExt, SeedableRng};
@@ -18,18 +19,6 @@ use RegimeKind::{
     Frictionless, ReversalInApproach, ReversalInRestitution, Slip, StickInApproach,
     StickInRestitution,
 };
-
-fn system(mass_ratio: f64, restitution: f64, friction: f64) -> System {
-    System::builder()
-        .mass_ratio(mass_ratio)
-        .frequency_ratio(1.0)
-        .restitution(restitution)
-        .gap(0.0)
-        .drive_frequency(1.0)
-        .friction(friction)
-        .build()
-        .unwrap()
-}
 
 fn strike(system: &System, pre: PreImpact) -> Impact {
     assert!(pre.approach_velocity() > 0.0, "{pre:?} does not approach");

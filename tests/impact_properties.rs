@@ -4,6 +4,7 @@
 //!
 //! Ranges: all angles, |v1| <= 2, u in (0, 2], mbar in [0.01, 10], mu in [0, 5], r in [0, 1].
 
+use crate::support::impacts::system;
 use crate::support::random_cases;
 use std::f64::consts::{PI, TAU};
 
@@ -15,18 +16,6 @@ use RegimeKind::{
     Frictionless, ReversalInApproach, ReversalInRestitution, Slip, StickInApproach,
     StickInRestitution,
 };
-
-fn system(mass_ratio: f64, restitution: f64, friction: f64) -> System {
-    System::builder()
-        .mass_ratio(mass_ratio)
-        .frequency_ratio(1.0)
-        .restitution(restitution)
-        .gap(0.0)
-        .drive_frequency(1.0)
-        .friction(friction)
-        .build()
-        .unwrap()
-}
 
 /// One random impact.
 #[derive(Debug, Clone, Copy)]

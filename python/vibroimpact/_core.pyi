@@ -1004,7 +1004,11 @@ class StructureOrbit:
 
     @property
     def impacts(self) -> list[int]:
-        """Impacts of an orbit at each stop."""
+        """Impacts of an orbit at each stop, without those that a complete chatter skips."""
+
+    @property
+    def chatters(self) -> bool:
+        """Whether an orbit has complete chatter."""
 
 def structure_motion(run: StructureRun, periods: int) -> tuple[StructureOrbit | None, str | None]:
     """The periodic motion of so many drive periods on which a run has settled; or why not."""

@@ -7,14 +7,16 @@ from .arguments import path as checked_path
 from .interruption import interruptible
 from .orbits import Branch, PeriodicMotion
 from .orbits.branch_files import branch_from_parts
-from .orbits.files import motion_from_parts
+from .orbits.files import motion_from_parts, structure_motion_from_parts
 from .run import Run
+from .structure_motion import StructureOrbit
 from .structure_run import StructureRun
 from .sweeps import RESULTS, Basins, GridResult, LyapunovSpectrum, open_columns
 from .sweeps.basins.files import basins_from_parts
 from .sweeps.merge import is_refined, open_levels
 
-Saved = Run | StructureRun | GridResult | Basins | PeriodicMotion | Branch | LyapunovSpectrum
+Motion = PeriodicMotion | StructureOrbit | Branch
+Saved = Run | StructureRun | GridResult | Basins | LyapunovSpectrum | Motion
 
 
 @interruptible
@@ -50,6 +52,7 @@ def load(path: str | os.PathLike[str]) -> Saved:
         "branch": branch_from_parts,
         "motion": motion_from_parts,
         "spectrum": LyapunovSpectrum._from_parts,
+        "structure_motion": structure_motion_from_parts,
         "structure_run": StructureRun._from_parts,
     }
     builders |= {kind: result._from_parts for kind, result in RESULTS.items()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -40,10 +41,10 @@ class StructureOrbit(FixedArrays, Shown):
     state
         Rows q and v at the start of a drive period, (2, N).
     m, n
-        Drive periods of an orbit, and impacts in it on all stops, without those that a complete
-        chatter skips.
+        Drive periods of an orbit, and impacts in it on all stops; n is ``math.inf`` with complete
+        chatter.
     impacts
-        Those on each stop.
+        Those on each stop, without those that a complete chatter skips.
     residual
         Largest difference of the end of an orbit from its start.
     derivative
@@ -76,7 +77,7 @@ class StructureOrbit(FixedArrays, Shown):
     system: Structure
     state: Array
     m: int
-    n: int
+    n: int | float
     impacts: NDArray[np.int64]
     residual: float
     derivative: Array
@@ -211,6 +212,35 @@ class StructureOrbit(FixedArrays, Shown):
         """
         branch: Branch = verb("follow_motion")(self, **options)
         return branch
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the motion to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
+
+        Examples
+        --------
+        >>> motion.save("motion.npz")
+        >>> vi.load("motion.npz").label
+        '1-1'
+        """
+        verb("write_motion")(path, self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> StructureOrbit:
+        """Read a motion from the file that ``save`` wrote.
+
+        Raises
+        ------
+        ValueError
+            If it is damaged, foreign, or holds something else.
+
+        Examples
+        --------
+        >>> motion.save("motion.npz")
+        >>> vi.StructureOrbit.load("motion.npz").label
+        '1-1'
+        """
+        motion: StructureOrbit = verb("read_structure_motion")(path)
+        return motion
 
     def _facts(self) -> Facts:
         image = (

@@ -10,6 +10,7 @@ use crate::analysis::{
     StructureStability, structure_lyapunov, structure_orbit,
 };
 use crate::model::error::ParameterError;
+use crate::tangent::structure::StructurePassage;
 
 /// A periodic motion of a structure.
 #[pyclass(name = "StructureOrbit", module = "vibroimpact._core", frozen)]
@@ -68,10 +69,16 @@ impl PyStructureOrbit {
         }
     }
 
-    /// Impacts of an orbit at each stop.
+    /// Impacts of an orbit at each stop, without those that a complete chatter skips.
     #[getter]
     fn impacts(&self) -> Vec<u64> {
         self.0.impacts.clone()
+    }
+
+    /// Whether an orbit has complete chatter.
+    #[getter]
+    fn chatters(&self) -> bool {
+        self.0.passed.iter().any(|event| matches!(event, StructurePassage::Chatter(_)))
     }
 }
 

@@ -1,5 +1,7 @@
 """Diagrams, refined motions and exponents of structures."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -181,6 +183,49 @@ def test_a_motion_with_contact_has_a_section_in_each_of_its_periods():
     off = [np.abs(np.roll(before, k, axis=0) - motion.sections).max() for k in range(3)]
     assert min(off) < 1e-12
     assert sorted(off)[1] > 0.1
+
+
+def test_a_motion_with_complete_chatter_has_infinitely_many_impacts(tmp_path):
+    silent = vi.Structure(  # a gear in its play, pressed on one side and shaken off once per period
+        [[1]],
+        [[0]],
+        [vi.Stop([1], 0.6, 0.5), vi.Stop([-1], 0.6, 0.5)],
+        damping=[[0.6]],
+        static_load=[4 * np.pi * 0.6],
+        drive_amplitude=[-(np.pi**2)],
+        drive_frequency=2 * np.pi,
+    )
+    run = vi.simulate(silent, initial=[[0], [0]], periods=100, keep=20)
+    motion = run.refine()
+    assert (motion.label, motion.n) == ("1-inf", math.inf)
+    assert motion.label == run.label
+    assert motion.impacts[0] > 0  # those that are listed
+    motion.save(tmp_path / "motion.npz")
+    read = vi.load(tmp_path / "motion.npz")
+    assert (read.label, read.system, read.stable) == ("1-inf", silent, True)
+    assert read.derivative.tobytes() == motion.derivative.tobytes()
+    plane = {"q_0": [0, 0.3], "v_0": [-1, 1]}
+    basins = vi.basins(silent, **plane, scouts=4, periods=100)
+    basins.save(tmp_path / "basins.npz")
+    again = vi.load(tmp_path / "basins.npz")
+    labels = [each.motion.label for each in (*basins.attractors, *again.attractors)]
+    assert labels == ["1-inf", "1-inf"]
+
+
+def test_a_motion_comes_back_from_a_file(tmp_path):
+    motion = orbit()
+    motion.save(tmp_path / "motion.npz")
+    for read in (vi.load(tmp_path / "motion.npz"), vi.StructureOrbit.load(tmp_path / "motion.npz")):
+        for name in ("system", "m", "n", "residual", "error", "stability", "legs", "clocks"):
+            assert getattr(read, name) == getattr(motion, name)
+        for name in ("state", "impacts", "derivative", "multipliers", "nodes"):
+            assert getattr(read, name).tobytes() == getattr(motion, name).tobytes()
+        assert read.admissible
+        assert not read.why_not
+        here, there = (of.follow(drive_frequency=(1.99, 2.01)) for of in (motion, read))
+        assert here.values.tobytes() == there.values.tobytes()
+    with pytest.raises(ValueError, match="structure_motion"):
+        vi.PeriodicMotion.load(tmp_path / "motion.npz")
 
 
 def test_a_motion_that_is_not_periodic_says_so():

@@ -279,6 +279,7 @@ PLANE = {"drive_frequency": (1.9, 2.1), "gap": (0.2, 0.4)}
             orbit().follow(drive_frequency=(1.9, 2.2)).bifurcations[0], **PLANE
         ),
         lambda: vi.periodic_motions(SETTLING),
+        lambda: vi.periodic_motion(SETTLING, initial=[[0], [0]], periods=1),
     ],
 )
 def test_what_knows_no_structures_says_so(call):

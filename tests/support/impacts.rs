@@ -11,9 +11,25 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use vibroimpact::impact::{Impact, ImpactFailure, PreImpact, resolve};
-use vibroimpact::{Contact, ImpactLaw, System};
+use vibroimpact::{Contact, ImpactLaw, System, SystemBuilder};
 
 pub const LAWS: [ImpactLaw; 3] = [ImpactLaw::Poisson, ImpactLaw::Newton, ImpactLaw::Energetic];
+
+/// Of an impact only mass ratio, restitution and friction count.
+fn striking(mass_ratio: f64, restitution: f64, friction: f64) -> SystemBuilder {
+    System::builder()
+        .mass_ratio(mass_ratio)
+        .frequency_ratio(1.0)
+        .restitution(restitution)
+        .gap(0.0)
+        .drive_frequency(1.0)
+        .friction(friction)
+}
+
+/// A system that strikes obliquely, under Poisson's law.
+pub fn system(mass_ratio: f64, restitution: f64, friction: f64) -> System {
+    striking(mass_ratio, restitution, friction).build().unwrap()
+}
 
 /// One random impact, under any law.
 #[derive(Debug, Clone, Copy)]
@@ -27,13 +43,7 @@ pub struct Case {
 
 impl Case {
     pub fn system(&self, law: ImpactLaw) -> System {
-        System::builder()
-            .mass_ratio(self.mass_ratio)
-            .frequency_ratio(1.0)
-            .restitution(self.restitution)
-            .gap(0.0)
-            .drive_frequency(1.0)
-            .friction(self.friction)
+        striking(self.mass_ratio, self.restitution, self.friction)
             .contact(self.contact)
             .law(law)
             .build()

@@ -97,6 +97,7 @@ def periodic_motion(
     >>> motion.label, motion.stability
     ('1-1', 'stable')
     """
+    need_system(system)
     start = state(initial)
     periods = count("periods", periods, least=1, most=100_000)
     _driven(system)

@@ -44,8 +44,7 @@ def refine_structure(run: StructureRun) -> StructureOrbit | NotFound:
                 raise Interrupted("interrupted while a motion was refined", run)
             continue
         found = _motion(run, core, period.m)
-        chatters = period.n is not None and math.isinf(period.n)
-        if chatters or found.n == period.n:
+        if found.n == period.n:
             return found
         why = f"Newton's method does not find the run's {run.label} motion"
     return NotFound(reason=why)
@@ -66,7 +65,7 @@ def _motion(run: StructureRun, core: _core.StructureOrbit, m: int) -> StructureO
         system=run.system,
         state=read_only(run.system._from_core(core.state)),
         m=m,
-        n=int(impacts.sum()),
+        n=math.inf if core.chatters else int(impacts.sum()),
         impacts=read_only(impacts),
         residual=core.residual,
         derivative=read_only(core.derivative),

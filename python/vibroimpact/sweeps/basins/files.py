@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import _core, archive
+from ...orbits.files import structure_orbit_of, structure_parts
 from ...orbits.motion import PeriodicMotion
 from ...orbits.verdict import motion_of
 from ...structure_motion import StructureOrbit
@@ -18,9 +19,6 @@ from .region import Region
 from .results import Basins, BasinSettings
 
 Arrays = dict[str, NDArray[Any]]
-# Of the motion of a structure.
-_NUMBERS = ("m", "n", "residual", "error", "stability")
-_ARRAYS = ("state", "impacts", "derivative", "multipliers", "nodes")
 _CELLS = ("attractor", "status_code", "settling")
 
 
@@ -84,9 +82,9 @@ def _parts(attractor: Attractor) -> tuple[dict[str, Any], Arrays]:
     arrays: Arrays = {"sections": attractor.sections}
     motion, region, cloud = attractor.motion, attractor.region, attractor.cloud
     if isinstance(motion, StructureOrbit):
-        words["of_structure"] = {name: getattr(motion, name) for name in _NUMBERS}
-        words["stop_legs"] = [[str(leg) for leg in motion.legs], motion.clocks]
-        arrays |= {f"motion_{name}": getattr(motion, name) for name in _ARRAYS}
+        of_motion, numbers = structure_parts(motion)
+        words |= of_motion
+        arrays |= numbers
     elif motion is not None:
         legs = [str(leg) for leg in motion.legs]
         words["motion"] = [legs, motion.m, motion.clocks, motion.wall_at_rest, motion.error]
@@ -105,10 +103,8 @@ def _attractor(system: Any, words: dict[str, Any], arrays: Arrays) -> Attractor:
     region: Region | None = None
     cloud: Cloud | None = None
     if "of_structure" in words:
-        own: dict[str, Any] = {name: arrays[f"motion_{name}"] for name in _ARRAYS}
-        legs, clocks = words.pop("stop_legs")
-        own |= {"legs": tuple(map(_core.StopLeg.from_text, legs)), "clocks": tuple(clocks)}
-        motion = StructureOrbit(system=system, **words.pop("of_structure"), **own)
+        motion = structure_orbit_of(system, words, arrays)
+        del words["of_structure"], words["stop_legs"]
     if "motion" in words:
         legs, m, clocks, wall_at_rest, error = words.pop("motion")
         known = [_core.Leg.from_text(leg) for leg in legs]
