@@ -73,6 +73,15 @@ class Dot(NamedTuple):
     x: str
     y: str
 
+    @classmethod
+    def on(cls, x: str, y: str) -> Dot:
+        """Return one that has not moved yet."""
+        return cls(ColumnDataSource(data={"x": [0.0], "y": [0.0]}), x, y)
+
+    def drawn(self, figure: Any) -> Any:
+        """Draw it over everything else; return its renderer, which takes the colours."""
+        return figure.scatter("x", "y", source=self.source, size=9, line_width=1.5, level="overlay")
+
 
 class Drawing(ABC):
     """A drawing of a machine.

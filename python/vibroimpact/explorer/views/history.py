@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bokeh.models import ColumnDataSource, Range1d
+from bokeh.models import Range1d
 
 from ..machine import Machine, Motion
 from ..theme import Palette
@@ -35,15 +35,8 @@ class HistoryView:
             self.figure.scatter(
                 "at", column, source=sources.impacts, size=5, color="color", line_color=None
             )
-        self.dots = [
-            Dot(ColumnDataSource(data={"x": [0.0], "y": [0.0]}), "at", curve.column)
-            for curve in self._curves
-        ]
-        self._now = [
-            self.figure.scatter("x", "y", source=dot.source, size=9, line_width=1.5,
-                                level="overlay")
-            for dot in self.dots
-        ]  # fmt: skip
+        self.dots = [Dot.on("at", curve.column) for curve in self._curves]
+        self._now = [dot.drawn(self.figure) for dot in self.dots]
 
     def show(self, motion: Motion, palette: Palette) -> None:
         """Show the samples of a motion."""

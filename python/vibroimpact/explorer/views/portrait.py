@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from bokeh.models import ColumnDataSource, Range1d
+from bokeh.models import Range1d
 
 from ..machine import Array, Machine, Motion
 from ..theme import Palette
@@ -24,15 +24,8 @@ class PortraitView:
             self.figure.line(phase.place, phase.speed, source=sources.film, line_width=1.4)
             for phase in self._phases
         ]
-        self.dots = [
-            Dot(ColumnDataSource(data={"x": [0.0], "y": [0.0]}), phase.place, phase.speed)
-            for phase in self._phases
-        ]
-        self._now = [
-            self.figure.scatter("x", "y", source=dot.source, size=9, line_width=1.5,
-                                level="overlay")
-            for dot in self.dots
-        ]  # fmt: skip
+        self.dots = [Dot.on(phase.place, phase.speed) for phase in self._phases]
+        self._now = [dot.drawn(self.figure) for dot in self.dots]
 
     def show(self, motion: Motion, palette: Palette) -> None:
         """Show the samples of a motion."""
