@@ -247,6 +247,21 @@ def test_the_reference_lists_nothing_but_public_names():
         assert name in importlib.import_module(module).__all__, entry
 
 
+def inherited(entry: type) -> set[str]:
+    """The public names that a class has from other classes of the package."""
+    bases = (base for base in entry.__mro__[1:] if base.__module__.startswith("vibroimpact"))
+    return {name for base in bases for name in vars(base) if name[0] != "_"} - {*vars(entry)}
+
+
+@pytest.mark.parametrize("page", ["simulation", "sweeps", "orbits"])
+def test_the_reference_of_a_class_has_what_it_inherits(page):
+    text = (ROOT / "docs" / "api" / f"{page}.md").read_text(encoding="utf-8")
+    for name, options in re.findall(r"^\.\. autoclass:: ([\w.]+).*\n((?: {3}:.*\n)*)", text, re.M):
+        if ":members:" in options and ":inherited-members:" not in options:
+            module, _, own = (name if "." in name else f"vibroimpact.{name}").rpartition(".")
+            assert not inherited(getattr(importlib.import_module(module), own)), name
+
+
 def test_every_public_module_has_its_reference():
     page = (ROOT / "docs" / "deprecation.md").read_text(encoding="utf-8")
     row = next(line for line in page.splitlines() if "`__all__`" in line)
