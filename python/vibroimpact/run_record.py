@@ -259,7 +259,7 @@ class RunRecord(Shown, ABC, Generic[MachineT, CoreT, StartT]):
         time
             How much further in time; or else ``periods``. With ``units="SI"`` in s.
         keep
-            Keep only the last so many periods.
+            Keep only the last so many periods; default all further ones.
         max_events
             Cap on the number of events since t = 0; default the cap of this run.
         units

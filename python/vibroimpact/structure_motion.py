@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ from ._core import StopLeg, StructureItinerary
 from .arguments import times_of
 from .fixed_arrays import FixedArrays
 from .interruption import interruptible
+from .repeating import Repeating
 from .showing import Facts, Shown, in_a_line
 from .structure import Structure
 from .verbs import verb
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class StructureOrbit(FixedArrays, Shown):
+class StructureOrbit(Repeating):
     """A periodic motion of a structure, found to rounding by Newton's method.
 
     ``vi.simulate(orbit.system, initial=orbit.state, periods=orbit.m)`` runs it.
@@ -74,6 +74,8 @@ class StructureOrbit(FixedArrays, Shown):
     ('1-1', 'stable', (2,))
     """
 
+    _KIND = "structure_motion"
+
     system: Structure
     state: Array
     m: int
@@ -91,19 +93,9 @@ class StructureOrbit(FixedArrays, Shown):
     why_not: str = ""
 
     @property
-    def label(self) -> str:
-        """The label m-n."""
-        return f"{self.m}-{self.n}"
-
-    @property
     def stable(self) -> bool:
         """Whether it is a motion, and stable."""
         return self.admissible and self.stability == "stable"
-
-    @property
-    def period(self) -> float:
-        """Time after which the motion repeats: m drive periods."""
-        return self.m * self.system.drive_period
 
     @cached_property
     def is_symmetric(self) -> bool | None:
@@ -170,26 +162,6 @@ class StructureOrbit(FixedArrays, Shown):
         states = self.system._from_core(rows)
         return states[0] if single else states
 
-    def plot(self, **options: Any) -> list[Axes]:
-        """Draw the motion, by ``vi.plot.orbit``.
-
-        Parameters
-        ----------
-        **options
-            As in ``vi.plot.orbit``.
-
-        Returns
-        -------
-        list of matplotlib.axes.Axes
-
-        Examples
-        --------
-        >>> [ax.get_xlabel() for ax in motion.plot()]
-        ['$q_0$', '$t$']
-        """
-        axes: list[Axes] = verb("draw")(self, **options)
-        return axes
-
     def follow(self, **options: Any) -> Branch:
         """Follow the motion over a parameter, stable or not: ``vi.follow_motion(motion, ...)``.
 
@@ -212,35 +184,6 @@ class StructureOrbit(FixedArrays, Shown):
         """
         branch: Branch = verb("follow_motion")(self, **options)
         return branch
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the motion to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
-
-        Examples
-        --------
-        >>> motion.save("motion.npz")
-        >>> vi.load("motion.npz").label
-        '1-1'
-        """
-        verb("write_motion")(path, self)
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> StructureOrbit:
-        """Read a motion from the file that ``save`` wrote.
-
-        Raises
-        ------
-        ValueError
-            If it is damaged, foreign, or holds something else.
-
-        Examples
-        --------
-        >>> motion.save("motion.npz")
-        >>> vi.StructureOrbit.load("motion.npz").label
-        '1-1'
-        """
-        motion: StructureOrbit = verb("read_structure_motion")(path)
-        return motion
 
     def _facts(self) -> Facts:
         image = (

@@ -33,7 +33,7 @@ ROOT = repository.root()
 HERE = Path(__file__)
 
 # A folder or file uses only those before it. `__init__` is the front door, the public interface.
-PYTHON = [
+FIRST = [
     "errors",
     "extras",
     "hints",
@@ -46,6 +46,7 @@ PYTHON = [
     "verb_types",
     "keyword_types",
     "showing",
+    "repeating",
     "tables",
     "archive",
     "scales",
@@ -59,6 +60,9 @@ PYTHON = [
     "structure_fields",
     "structure",
     "made",
+]
+PYTHON = [
+    *FIRST,
     "run_parts",
     "period_report",
     "bounces",
@@ -150,31 +154,7 @@ RESULTS = [
     "verification.result",
 ]
 NOUNS = [
-    "errors",
-    "extras",
-    "hints",
-    "arguments",
-    "by_value",
-    "interruption",
-    "whole_file",
-    "fixed_arrays",
-    "verbs",
-    "verb_types",
-    "keyword_types",
-    "showing",
-    "tables",
-    "archive",
-    "scales",
-    "physical",
-    "machine",
-    "mechanics",
-    "system",
-    "machine_kinds",
-    "stop",
-    "modal_basis",
-    "structure_fields",
-    "structure",
-    "made",
+    *FIRST,
     "continuation.names",
     "orbits.kinds",
     "orbits.ranges",

@@ -30,7 +30,7 @@ def write_motion(path: str | os.PathLike[str], motion: PeriodicMotion | Structur
     if isinstance(motion, StructureOrbit):
         words, arrays = structure_parts(motion)
         fields = json.loads(motion.system.to_json())
-        archive.write(path, "structure_motion", {"system": fields, **words}, arrays)
+        archive.write(path, motion._KIND, {"system": fields, **words}, arrays)
         return
     metadata = {
         "system": motion.system.to_dict(),
@@ -40,18 +40,22 @@ def write_motion(path: str | os.PathLike[str], motion: PeriodicMotion | Structur
         "wall_at_rest": motion.wall_at_rest,
         "error": motion.error,
     }
-    archive.write(path, "motion", metadata, {"nodes": motion.nodes})
+    archive.write(path, motion._KIND, metadata, {"nodes": motion.nodes})
 
 
-def read_motion(path: str | os.PathLike[str]) -> PeriodicMotion:
-    """Read what ``write_motion`` has written of the motion of a System.
+def read_motion(path: str | os.PathLike[str], kind: str) -> Any:
+    """Read what ``write_motion`` has written of a kind of motion.
 
     Raises
     ------
     ValueError
         If the file is damaged, foreign, or holds something else.
     """
-    return archive.read(path, {"motion": motion_from_parts})
+    builders: dict[str, archive.Builder[Any]] = {
+        PeriodicMotion._KIND: motion_from_parts,
+        StructureOrbit._KIND: structure_motion_from_parts,
+    }
+    return archive.read(path, {kind: builders[kind]})
 
 
 def motion_from_parts(
@@ -67,17 +71,6 @@ def motion_from_parts(
         error=float(metadata["error"]),
         whole=True,
     )
-
-
-def read_structure_motion(path: str | os.PathLike[str]) -> StructureOrbit:
-    """Read what ``write_motion`` has written of the motion of a structure.
-
-    Raises
-    ------
-    ValueError
-        If the file is damaged, foreign, or holds something else.
-    """
-    return archive.read(path, {"structure_motion": structure_motion_from_parts})
 
 
 def structure_motion_from_parts(

@@ -11,7 +11,6 @@ derivative of the return map (section 7).
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,16 +22,15 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from .._core import Leg
 from ..arguments import times_of
-from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
-from ..showing import Facts, Shown
+from ..repeating import Repeating
+from ..showing import Facts
 from ..system import System
 from ..tables import Table, table
 from ..verbs import verb
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.axes import Axes
 
     from ..verb_types import Branch
 
@@ -58,7 +56,7 @@ _LEAST_SIZE = 1e-3
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PeriodicMotion(FixedArrays, Shown):
+class PeriodicMotion(Repeating):
     """A solution of the conditions of periodicity, and whether it is a motion.
 
     Attributes
@@ -100,6 +98,8 @@ class PeriodicMotion(FixedArrays, Shown):
     True
     """
 
+    _KIND = "motion"
+
     system: System
     m: int
     n: int | float
@@ -113,16 +113,6 @@ class PeriodicMotion(FixedArrays, Shown):
     why_not: str
     residual: float
     error: float
-
-    @property
-    def label(self) -> str:
-        """The label of the motion, m-n: ``"1-1"``, ``"4-5"``, ``"1-inf"``, ``"1-0"``."""
-        return f"{self.m}-{self.n}"
-
-    @property
-    def period(self) -> float:
-        """Dimensionless time after which the motion repeats: m drive periods."""
-        return self.m * self.system.drive_period
 
     @property
     def stability(self) -> str:
@@ -270,31 +260,6 @@ class PeriodicMotion(FixedArrays, Shown):
         branch: Branch = verb("follow_motion")(self, **options)
         return branch
 
-    def plot(self, **options: Any) -> list[Axes]:
-        """Draw phase portraits and time history, by ``vi.plot.orbit``.
-
-        Parameters
-        ----------
-        **options
-            As in ``vi.plot.orbit``.
-
-        Returns
-        -------
-        list of matplotlib.axes.Axes
-
-        Examples
-        --------
-        >>> import vibroimpact as vi
-        >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2.0, restitution=0.8, gap=0.5,
-        ...                    drive_frequency=1.8, moment_amplitude=1.0)
-        >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
-        >>> motion = run.refine()
-        >>> len(motion.plot())
-        3
-        """
-        axes: list[Axes] = verb("draw")(self, **options)
-        return axes
-
     def to_pandas(self) -> pandas.DataFrame:
         """Return the impacts of one orbit as a data frame.
 
@@ -309,35 +274,6 @@ class PeriodicMotion(FixedArrays, Shown):
         1
         """
         return self.impacts.to_pandas()
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the motion to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
-
-        Examples
-        --------
-        >>> motion.save("motion.npz")
-        >>> vi.load("motion.npz").label
-        '1-1'
-        """
-        verb("write_motion")(path, self)
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> PeriodicMotion:
-        """Read a motion from the file that ``save`` wrote; its verdict is found again.
-
-        Raises
-        ------
-        ValueError
-            If it is damaged, foreign, or holds something else.
-
-        Examples
-        --------
-        >>> motion.save("motion.npz")
-        >>> vi.PeriodicMotion.load("motion.npz").label
-        '1-1'
-        """
-        motion: PeriodicMotion = verb("read_motion")(path)
-        return motion
 
     def _facts(self) -> Facts:
         verdict = self.stability if self.admissible else f"{self.stability}: {self.why_not}"
