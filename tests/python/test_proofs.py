@@ -6,9 +6,7 @@ The reference motions and their multipliers have 25 digits, by an independent si
 
 import ast
 import copy
-import io
 import json
-import tokenize
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -290,28 +288,14 @@ def test_only_motions_are_proved():
 # What a proof rests on.
 
 
-def lines_of_code(path):
-    """Lines that are neither blank, nor comment, nor docstring."""
-    source = path.read_text()
-    tree, lines = ast.parse(source), set()
-    for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type not in (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.DEDENT):
-            lines |= {*range(token.start[0], token.end[0] + 1)} if token.string.strip() else set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(
-            node
-        ):
-            first = node.body[0]
-            lines -= {*range(first.lineno, first.end_lineno + 1)}
-    return len(lines)
-
-
 def test_what_a_proof_rests_on_can_be_read():
-    assert sum(lines_of_code(FOLDER / f"{name}.py") for name in TRUSTED) <= 600
+    lines = sum(len((FOLDER / f"{name}.py").read_text().splitlines()) for name in TRUSTED)
+    assert 100 < lines <= 600
 
 
 def test_what_a_proof_rests_on_uses_nothing_else():
-    allowed = {f".{name}" for name in TRUSTED} | {"..errors", "flint", "numpy", "numpy.typing"}
+    # Of `near` any matrix is right, which another test shows.
+    allowed = {f".{name}" for name in (*TRUSTED, "near")} | {".", "..errors", "flint"}
     allowed |= {"__future__", "collections.abc", "dataclasses", "math", "typing"}
     for name in TRUSTED:
         for node in ast.walk(ast.parse((FOLDER / f"{name}.py").read_text())):

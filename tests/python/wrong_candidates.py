@@ -19,8 +19,9 @@ import references
 import vibroimpact as vi
 from vibroimpact.proof.certificate import REGIMES, exact, examine, machine_in
 from vibroimpact.proof.formulas import Undecided
+from vibroimpact.proof.near import near_inverse
 from vibroimpact.proof.posing import legs_of, machine_in_text, nodes_of, text
-from vibroimpact.proof.verifier import Orbit, near_inverse
+from vibroimpact.proof.verifier import Orbit
 from vibroimpact.system import SYMBOLS
 
 PRECISION = 160
@@ -272,7 +273,7 @@ def several_impacts(seed: int) -> Iterator[tuple[Problem, Any]]:
 def humps(problem: Problem, z: list[arb], other: int | None = None) -> list[arb]:
     """Highest values of a gap inside flights; of another stop, of all flights."""
     orbit, found = orbit_of(problem), []
-    machine, n = orbit.machine, orbit.machine.size
+    machine = orbit.machine
     stop = machine.stops[other or 0]
     for flight in orbit.flights(z):
         pieces = 400
@@ -280,12 +281,12 @@ def humps(problem: Problem, z: list[arb], other: int | None = None) -> list[arb]
         step, w = machine.flow(duration / pieces), flight.start
         rates: list[arb] = []
         for i in range(pieces + 1):
-            rates.append(stop.rate(w.entries(), n).mid())
+            rates.append(stop.gap(w.entries(), 1).mid())
             if i > 2 and rates[-2] > 0 and not rates[-1] > 0:
                 low, high = duration * (i - 1) / pieces, duration * i / pieces
                 for _ in range(90):
                     middle = ((low + high) / 2).mid()
-                    rising = stop.rate((machine.flow(middle) * flight.start).entries(), n).mid() > 0
+                    rising = stop.gap((machine.flow(middle) * flight.start).entries(), 1).mid() > 0
                     low, high = (middle, high) if rising else (low, middle)
                 found.append(stop.gap((machine.flow(low.mid()) * flight.start).entries()).mid())
             w = arb_mat(w.nrows(), 1, [x.mid() for x in (step * w).entries()])

@@ -16,7 +16,7 @@ from .formulas import Machine, Number, dot, impact
 from .verifier import Orbit
 
 #: A matrix with power series as entries.
-Rows: TypeAlias = list[list[Number]]
+Rows: TypeAlias = Sequence[Sequence[Number]]
 #: Coefficients of a matrix: those of 1, h, h^2, ...
 Matrices: TypeAlias = list[arb_mat]
 
@@ -124,14 +124,14 @@ def flow(machine: Machine, lasts: Number, terms: int) -> Matrices:
     """exp(tau G), where tau and G depend on h: of the midpoint of tau times that of the rest."""
     middle = term(lasts, 0).mid()
     rest = [term(lasts, k) - (middle if k == 0 else 0) for k in range(terms)]
-    if machine.moving is None:
+    if not any(isinstance(x, arb_series) for row in machine.rows for x in row):
         g = machine.generator
         found = [(g * middle).exp() * (g * rest[0]).exp()]
         for k in range(1, terms):  # X' = tau' G X
             parts = [found[k - j] * (rest[j] * j / k) for j in range(1, k + 1)]
             found.append(g * sum(parts[1:], parts[0]))
         return found
-    moving = matrices(machine.moving, terms)
+    moving = matrices(machine.rows, terms)
     short = scaled(moving, rest)
     return product(_exp([x * middle for x in moving]), _exp(short))
 
@@ -196,7 +196,7 @@ class Leg:
         """
         machine, (number, regime) = self.orbit.machine, self.orbit.legs[self.k]
         stop, n = machine.stops[number], machine.size
-        g = machine.moving or machine.generator.tolist()
+        g = machine.rows
         rate = [dot(row, self.last) for row in g[: 2 * n]]
         turn = [dot(row, self.first) for row in g[2 * n :]]
         columns = [[self.flow[i][j] for i in range(2 * n)] for j in range(2 * n)]

@@ -14,10 +14,11 @@ from flint import arb, ctx
 from ..arguments import path as path_of
 from ..arguments import reject
 from ..errors import ProofError
+from ..system import SYMBOLS
 from ..whole_file import whole_file
 from .branch_result import BranchProof, ProvedBifurcation, ProvedStretch, Unproved
 from .branch_statement import branch_statement
-from .certificate import SYMBOLS, exact
+from .certificate import exact
 from .chain import Shown, examine_chain
 from .files import text
 from .formulas import Undecided
@@ -240,9 +241,6 @@ def _holds(one: ProvedBifurcation, shown: ProvedBifurcation) -> bool:
 def name_of(machine: Mapping[str, Any], place: Sequence[Any]) -> str:
     """The name of the parameter at a place in a certificate."""
     if machine["kind"] == "two bodies":
-        from ..system import SYMBOLS as NAMES
-
         (symbol,) = place
-        assert symbol in SYMBOLS
-        return NAMES[symbol]
+        return SYMBOLS[symbol]
     return f"{place[2]}_{place[1]}" if place[0] == "stops" else str(place[0])

@@ -10,28 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-import numpy as np
-from flint import acb, arb, ctx, fmpq, fmpq_mat
+from flint import acb, arb, arb_series, ctx, fmpq, fmpq_mat
 
 from ..errors import ProofError
+from . import verifier
 from .formulas import REGIMES, Machine, Refuted, Undecided, plain, structure, two_bodies
-from .verifier import (
-    Orbit,
-    Stability,
-    multipliers,
-    only_zero,
-    return_map,
-    settled,
-    show_motion,
-    show_shortest,
-    stability,
-)
-
-LAWS = ("poisson", "newton", "energetic")
-SYMBOLS = {"mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "c1", "c2", "mu"}
-SYMBOLS |= {"omega", "phi"}
-_STOP = {"gap", "restitution", "friction", "amplitude", "phase"}
-_MATRICES = ("mass", "stiffness", "damping", "damping_ratios")
 
 
 @dataclass(frozen=True)
@@ -41,8 +24,9 @@ class Finding:
     verdict: Literal["proved", "disproved", "undecided"]
     why: str = ""
     box: Sequence[arb] = ()
+    solved: bool = False  # disproved: whether the box holds a solution, which is no motion
     discs: Sequence[acb] = ()
-    stability: Stability = "undecided"
+    stability: verifier.Stability = "undecided"
 
 
 def need(holds: object, what: str) -> None:
@@ -58,119 +42,79 @@ def exact(text: Any) -> fmpq:
     return fmpq(int(mantissa)) * fmpq(2) ** int(exponent)
 
 
-def numbers(given: Any) -> Any:
-    """All of a list of lists."""
-    return [numbers(one) for one in given] if isinstance(given, list) else exact(given)
-
-
-def balls_of(given: Any) -> Any:
-    """The same as balls."""
+def numbers(given: Any, kind: type = fmpq) -> Any:
+    """All numbers of nested lists and entries, exact or as balls; a ball or a series stays one."""
     if isinstance(given, dict):
-        return {name: balls_of(one) for name, one in given.items()}
-    return [balls_of(one) for one in given] if isinstance(given, list) else arb(exact(given))
+        return {name: numbers(one, kind) for name, one in given.items()}
+    if isinstance(given, list):
+        return [numbers(one, kind) for one in given]
+    return given if isinstance(given, arb | arb_series) else kind(exact(given))
 
 
-def balls(given: Any) -> list[arb]:
-    """Balls of pairs of a centre and a radius, or a little wider."""
-    pairs = numbers(given)
-    need(all(radius >= 0 for _, radius in pairs), "a negative radius")
-    return [arb(centre, radius) for centre, radius in pairs]
-
-
-def machine_in(given: Mapping[str, Any], place: Sequence[Any] = (), value: Any = None) -> Machine:
-    """The machine of a certificate, with a `value`, a ball or a series, at a place in it."""
-    need(given["law"] in LAWS, f"law {given['law']!r}")
-    if given["kind"] == "two bodies":
-        parts = balls_of(given["numbers"])
-        need(set(given) == {"kind", "law", "contact", "wall_rests", "numbers"}, "other entries")
-        need(set(parts) == SYMBOLS and type(given["wall_rests"]) is bool, "other numbers")
-        need(given["contact"] in ("oblique", "direct"), f"contact {given['contact']!r}")
+def machine_in(given: Mapping[str, Any]) -> Machine:
+    """The machine of a certificate, one of section 1 or 12."""
+    law, kind = given["law"], given["kind"]
+    known = law in ("poisson", "newton", "energetic") and kind in ("two bodies", "structure")
+    need(known, f"law {law!r} of {kind!r}")
+    if kind == "two bodies":
+        contact, rests = given["contact"], given["wall_rests"]
+        need(contact in ("oblique", "direct") and type(rests) is bool, "another contact")
+        parts = numbers(given["numbers"], arb)
+        still = plain(parts["mbar"]) == plain(parts["f2"]) == 0  # exactly
+        need(still or not rests, "a wall that does not rest")
+        least = [parts[x] for x in ("mbar", "mu", "omega0", "zeta1", "zeta2")]
+        machine = two_bodies(parts, contact, law, rests)
     else:
-        need(given["kind"] == "structure", f"kind {given['kind']!r}")
-        _check_shapes(given)
-        parts = {
-            name: numbers(x) if name in _MATRICES else balls_of(x)
-            for name, x in given.items()
-            if name not in ("kind", "law")
-        }
-    if place:
-        owner: Any = parts
-        for step in place[:-1]:
-            owner = owner[step]
-        need(isinstance(owner[place[-1]], arb), "a parameter that is none")
-        owner[place[-1]] = value
-    if given["kind"] == "two bodies":
-        some = {name: plain(x) for name, x in parts.items()}
-        least = ("mbar", "mu", "omega0", "zeta1", "zeta2")
-        need(some["omega"] > 0 and all(some[x] >= 0 for x in least), "parameters below 0")
-        need(0 <= some["r"] <= 1, "a restitution outside [0, 1]")
-        rests = given["wall_rests"]
-        need(not rests or (some["mbar"] == 0 and some["f2"] == 0), "a wall that does not rest")
-        return two_bodies(parts, given["contact"], given["law"], wall_rests=rests)
-    need(plain(parts["drive_frequency"]) > 0, "a frequency below 0")
-    for stop in parts["stops"]:
-        need(0 <= plain(stop["restitution"]) <= 1, "a restitution outside [0, 1]")
-        need(plain(stop["friction"]) >= 0, "friction below 0")
-    return structure({**parts, "law": given["law"]})
+        exactly = [x for x in ("mass", "stiffness", "damping", "damping_ratios") if x in given]
+        others = ("static_load", "drive_amplitude", "drive_frequency", "phase", "stops")
+        parts = {name: numbers(given[name]) for name in exactly}
+        for name, rows in parts.items():
+            need(name == "damping_ratios" or positive(fmpq_mat(rows)), f"{name} is not positive")
+        parts |= {name: numbers(given[name], arb) for name in others}
+        least = [arb(x) for x in parts.get("damping_ratios", [])]
+        need("damping" in parts or len(least) == len(parts["mass"]), "other damping ratios")
+        for stop in given["stops"]:
+            across = fmpq_mat(numbers([stop["normal"], stop["tangent"]])).rank() == 2
+            need(across or numbers(stop["friction"]) == 0, "a tangent along the normal")
+        machine = structure(parts, law)
+    stops = machine.stops
+    least += [x for stop in stops for x in (stop.friction, stop.restitution, 1 - stop.restitution)]
+    need(all(plain(x) >= 0 for x in least), "a parameter out of its range")
+    need(plain(machine.omega) > 0, "a drive frequency that is not positive")
+    return machine
 
 
-def _check_shapes(given: Mapping[str, Any]) -> None:
-    """That matrices and vectors have one size, that M and K are symmetric, M positive definite."""
-    n = len(given["mass"])
-    shapes = {"mass": (n, n), "stiffness": (n, n), "static_load": (n,), "drive_amplitude": (n, 2)}
-    shapes |= {"drive_frequency": (), "phase": ()}
-    shapes |= {"damping": (n, n)} if "damping" in given else {"damping_ratios": (n,)}
-    need(set(given) == {"kind", "law", "stops", *shapes}, "other entries")
-    pairs = [(given[name], shape) for name, shape in shapes.items()]
-    for stop in given["stops"]:
-        need(set(stop) == {"normal", "tangent", *_STOP}, "other entries of a stop")
-        pairs += [(stop["normal"], (n,)), (stop["tangent"], (n,))]
-        pairs += [(stop[name], ()) for name in _STOP]
-    need(all(np.array(x, object).shape == shape for x, shape in pairs), "an entry of another shape")
-    mass, stiffness = numbers(given["mass"]), fmpq_mat(numbers(given["stiffness"]))
-    need(fmpq_mat(mass) == fmpq_mat(mass).transpose(), "a mass matrix that is not symmetric")
-    need(stiffness == stiffness.transpose(), "a stiffness matrix that is not symmetric")
-    minors = (fmpq_mat([row[:k] for row in mass[:k]]).det() for k in range(1, n + 1))
-    need(all(minor > 0 for minor in minors), "a mass matrix that is not positive definite")
+def positive(matrix: fmpq_mat) -> bool:
+    """Whether a matrix is symmetric and semidefinite: then the signs of det(x - A) alternate."""
+    signs = [x * (-1) ** k for k, x in enumerate(reversed(matrix.charpoly().coeffs()))]
+    return matrix == matrix.transpose() and all(x >= 0 for x in signs)
 
 
 def examine(given: Mapping[str, Any]) -> Finding:
-    """Find out what holds of the problem of a certificate.
-
-    Raises
-    ------
-    ProofError, KeyError, TypeError, ValueError : the certificate is damaged
-    """
+    """Find out what holds of the problem of a certificate; a damaged one raises some error."""
     m, precision = given["m"], given["precision"]
     need(type(m) is int and 0 < m < 10**6, "a number of drive periods that is none")
     need(type(precision) is int and 1 < precision < 10**5, "a precision that is none")
     with ctx.workprec(precision):
-        machine = machine_in(given["machine"])
+        machine, pairs = machine_in(given["machine"]), numbers(given["box"])
         legs = tuple((stop, regime) for stop, regime in given["legs"])
-        for stop, regime in legs:
-            known = type(stop) is int and 0 <= stop < len(machine.stops) and regime in REGIMES
-            need(known, f"a leg to stop {stop!r}, {regime!r}")
-        box = balls(given["box"])
-        need(legs and len(box) == len(legs) * (2 * machine.size + 1), "a box of another size")
-        orbit = Orbit(machine, m, legs)
+        known = {(stop, regime) for stop in range(len(machine.stops)) for regime in REGIMES}
+        need(all(type(stop) is int for stop, _ in legs), "a stop that is none")
+        need(known >= set(legs) or (legs, m) == ((verifier.CIRCUIT,), 1), "a leg that is none")
+        need(legs and len(pairs) == len(legs) * (2 * machine.size + 1), "a box of another size")
+        need(all(radius >= 0 for _, radius in pairs), "a negative radius")
+        box = [arb(centre, radius) for centre, radius in pairs]  # or a little wider
+        orbit, solved = verifier.Orbit(machine, m, legs), False
         try:
-            box = only_zero(orbit, box)
+            box, solved = verifier.only_zero(orbit, box), True
             flights = orbit.flights(box)
-            show_motion(orbit, flights)
-            show_shortest(orbit, box)
+            verifier.show_motion(orbit, flights)
+            steady, discs, why = verifier.spectrum(orbit, flights)
         except Refuted as reason:
-            return Finding("disproved", str(reason), box)
-        except (Undecided, ZeroDivisionError) as reason:
+            return Finding("disproved", str(reason), box, solved)
+        except (Undecided, ValueError, ZeroDivisionError) as reason:
             return Finding("undecided", str(reason))
-        why, discs = "", list[acb]()
-        steady: Stability = "undecided"
-        try:
-            matrix = settled(return_map(flights))
-            steady = stability(matrix.charpoly().coeffs())
-            discs = multipliers(matrix)
-        except Undecided as reason:
-            why = str(reason)
-        return Finding("proved", why, box, discs, steady)
+        return Finding("proved", why, box, True, discs, steady)
 
 
 def agrees(claims: Mapping[str, Any], found: Finding) -> bool:

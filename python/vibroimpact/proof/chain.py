@@ -7,6 +7,7 @@ an arc, each of its values belongs to one point of the arc.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -16,12 +17,15 @@ from typing import Any
 from flint import arb, ctx
 
 from ..errors import ProofError
-from .certificate import SYMBOLS, balls_of, exact, machine_in
-from .formulas import REGIMES, Undecided
+from ..system import SYMBOLS
+from .certificate import exact, machine_in, numbers
+from .formulas import REGIMES, Machine, Number, Undecided
 from .tube import TERMS, Family, Slice, Tube, image, point_at, slices
 
 #: Parts of a tube that are looked at by themselves.
 _MOST_SLICES = 64
+#: What is no parameter: matrices are exact.
+_EXACT = ("mass", "stiffness", "damping", "damping_ratios")
 
 
 @dataclass(frozen=True)
@@ -67,12 +71,24 @@ def family_of(machine: Mapping[str, Any], place: Sequence[Any], piece: Mapping[s
         fixed = ("mbar", "f2") if machine["wall_rests"] else ()
         if len(place) != 1 or place[0] not in SYMBOLS or place[0] in fixed:
             raise ProofError("a parameter that is none")
-    return Family(partial(machine_in, machine, place), piece["m"], legs)
+    return Family(partial(machine_at, machine, place), piece["m"], legs)
+
+
+def machine_at(machine: Mapping[str, Any], place: Sequence[Any], value: Number) -> Machine:
+    """A machine with another value, a ball or a series, of the number at a place."""
+    changed = copy.deepcopy({**machine})
+    owner: Any = changed["numbers"] if machine["kind"] == "two bodies" else changed
+    for step in place[:-1]:
+        owner = owner[step]
+    if place[0] in _EXACT or not isinstance(owner[place[-1]], str):
+        raise ProofError("a parameter that is none")
+    owner[place[-1]] = value
+    return machine_in(changed)
 
 
 def tube_in(given: Mapping[str, Any], size: int) -> Tube:
     """A tube of a certificate."""
-    line, radius = balls_of(given["line"]), balls_of(given["radius"])
+    line, radius = numbers(given["line"], arb), numbers(given["radius"], arb)
     half = arb(exact(given["half"]))
     if not (half > 0 and all(r > 0 for r in radius) and len(radius) == size):
         raise ProofError("a tube without room")

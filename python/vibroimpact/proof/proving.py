@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from .certificate import Finding, examine, machine_in
 from .files import proof_of, text
 from .formulas import Undecided
+from .near import near_inverse
 from .posing import AnyMotion, legs_of, machine_in_text, nodes_of
 from .result import Proof
-from .verifier import Orbit, inside, krawczyk, near_inverse
+from .verifier import Orbit, inside, krawczyk
 
 Array = NDArray[np.float64]
 
@@ -85,7 +86,7 @@ def _box(motion: AnyMotion, problem: dict[str, Any]) -> list[list[str]]:
         box = [x + arb(0, width * s) for x, s in zip(z, scale, strict=True)]
         try:
             image = krawczyk(orbit, box, near)
-        except Undecided:
+        except (Undecided, ValueError, ZeroDivisionError):  # a divisor may be 0 in the box
             return None
         if not inside(image, box):
             return None

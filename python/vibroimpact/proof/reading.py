@@ -10,6 +10,7 @@ from typing import Any, Final
 from ..errors import ProofError
 from .branch_files import BRANCH_FORMAT, verified_branch
 from .branch_result import BranchProof
+from .entries import check_entries
 from .files import FORMAT, verified
 from .result import Proof
 from .solutions_files import SOLUTIONS_FORMAT, verified_solutions
@@ -33,11 +34,20 @@ def read_proof(path: str | os.PathLike[str]) -> Proof | SolutionsProof | BranchP
     with open(path, "rb") as file:
         raw = file.read()
     try:
-        content = json.loads(raw)
+        content = json.loads(raw, object_pairs_hook=_entries)
         if not isinstance(content, dict) or content.get("format") not in _KINDS:
             raise ProofError("not a certificate of this format")
+        check_entries(content["machine"])
         return _KINDS[content["format"]](content)
     except ProofError:
         raise
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise ProofError(f"damaged: {error!r}") from error
+
+
+def _entries(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of a file; of two entries with one name a reader could take either."""
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise ProofError("an entry that is there twice")
+    return found
