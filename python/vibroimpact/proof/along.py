@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from flint import arb, arb_mat, arb_series
 
-from .formulas import Machine, Number, dot, impact
+from .formulas import Condition, Machine, Number, dot, impact
 from .verifier import Orbit
 
 #: A matrix with power series as entries.
@@ -170,24 +170,39 @@ class Leg:
     flow: Rows
     last: list[Number]
     end: Number
+    lasts: Number
 
     @classmethod
-    def of(cls, orbit: Orbit, k: int, z: Sequence[Number], terms: int) -> Leg:
-        """Leg k of nodes that are series."""
+    def of(
+        cls,
+        orbit: Orbit,
+        k: int,
+        z: Sequence[Number],
+        terms: int,
+        *,
+        later: Number = None,
+        until: Number = None,
+    ) -> Leg:
+        """Leg k of nodes that are series; it ends so much `later`, or lasts `until` some time."""
         machine, n = orbit.machine, orbit.machine.size
         width = 2 * n + 1
         begin, end, lasts = orbit.times(k, z)
+        if later is not None:
+            end, lasts = end + later, lasts + later
+        if until is not None:
+            end, lasts = begin + until, until
         first = [*z[k * width : (k + 1) * width - 1], *machine.drive(begin)]
         passage = _entries(flow(machine, lasts, terms))
         last = [dot(row, first) for row in passage[: 2 * n]]
-        return cls(orbit, k, first, passage, [*last, *machine.drive(end)], end)
+        return cls(orbit, k, first, passage, [*last, *machine.drive(end)], end, lasts)
 
-    def after(self) -> list[Number]:
-        """The state after the impact, and the gap at it."""
+    def after(self) -> tuple[list[Number], list[Condition]]:
+        """The state after the impact and the gap at it; the conditions, as `Flight` has them."""
         machine, (number, regime) = self.orbit.machine, self.orbit.legs[self.k]
         stop = machine.stops[number]
-        velocities, _ = impact(machine, stop, regime, self.last)
-        return [*self.last[: machine.size], *velocities, stop.gap(self.last)]
+        velocities, conditions = impact(machine, stop, regime, self.last)
+        conditions.insert(0, (self.lasts, "the flight time is negative"))
+        return [*self.last[: machine.size], *velocities, stop.gap(self.last)], conditions
 
     def passed(self, terms: int) -> Matrices:
         """The derivative of the state and time after the impact by those of the start.
@@ -217,13 +232,18 @@ class Leg:
         return matrices([*rows, times], terms)
 
 
-def residual(orbit: Orbit, z: Sequence[Number], terms: int) -> Matrices:
-    """The coefficients of F along a line, columns."""
+def residual(
+    orbit: Orbit, z: Sequence[Number], terms: int, turned: Sequence[Number] | None = None
+) -> Matrices:
+    """The coefficients of F along a line, columns; with `turned` added to the node at the end."""
     found, width = [], 2 * orbit.machine.size + 1
     for k in range(len(orbit.legs)):
-        *after, gap = Leg.of(orbit, k, z, terms).after()
         place = (k + 1) % len(orbit.legs) * width
-        found += [[z[place + i] - x] for i, x in enumerate(after)]
+        node, later = z[place : place + width - 1], None
+        if turned is not None and place == 0:
+            node, later = [x + y for x, y in zip(node, turned, strict=False)], turned[-1]
+        (*after, gap), _ = Leg.of(orbit, k, z, terms, later=later).after()
+        found += [[x - y] for x, y in zip(node, after, strict=True)]
         found.append([gap])
     return matrices(found, terms)
 
@@ -236,7 +256,7 @@ def return_map(orbit: Orbit, z: Sequence[Number], terms: int) -> Matrices:
     return total
 
 
-def at(given: Matrices, h: arb) -> arb_mat:
+def at(given: Sequence[Any], h: arb) -> Any:
     """The value, Horner's scheme."""
     total = given[-1]
     for one in reversed(given[:-1]):

@@ -27,10 +27,10 @@ BRANCH_FORMAT = "vibroimpact branch proof 1"
 #: Keys of a file, and of a piece in it.
 _PROBLEM = ("machine", "parameter", "place", "within", "precision", "pieces")
 _KEYS = {"format", *_PROBLEM, "claims", "statement"}
-_OF_PIECE = {"m", "label", "legs", "tubes", "ended"}
-#: A claim is by so much of a range weaker than what is found: another version of the arithmetic may
-#: round more.
-_ROOM = 1e-9
+_OF_PIECE = {"m", "label", "legs", "tubes", "specials", "ended"}
+#: Ends of a claimed range are so many doubles inside what is found: another version of the
+#: arithmetic may round more.
+_ROOM = 2
 
 
 def branch_proof_of(posed: dict[str, Any]) -> BranchProof:
@@ -42,7 +42,7 @@ def branch_proof_of(posed: dict[str, Any]) -> BranchProof:
             for x, piece in _stretches(found, posed["within"], _ROOM)
         ],
         "bifurcations": [
-            [text(x.lo), text(x.hi), x.kind, piece]
+            [text(x.lo), text(x.hi), x.kind, x.single, piece]
             for x, piece in _bifurcations(found, posed["within"], _ROOM)
         ],
     }
@@ -68,12 +68,14 @@ def _found(posed: Mapping[str, Any]) -> list[Shown]:
     return found
 
 
-def _rounded(x: arb, way: float) -> float:
-    """A double not below (way inf) or above (-inf) an exact number."""
+def _rounded(x: arb, way: float, steps: int = 0) -> float:
+    """A double not below (way inf) or above (-inf) an exact number, and so many further on."""
     with ctx.workprec(4096):
         near = float(x.mid())
         there = arb(near) >= x if way > 0 else arb(near) <= x
-    return near if there else float(np.nextafter(near, way))
+    for _ in range(steps + (not there)):
+        near = float(np.nextafter(near, way))
+    return near
 
 
 def _range(given: Sequence[str]) -> tuple[float, float]:
@@ -84,40 +86,32 @@ def _range(given: Sequence[str]) -> tuple[float, float]:
 
 
 def _stretches(
-    found: Sequence[Shown], within: Sequence[str], room: float
+    found: Sequence[Shown], within: Sequence[str], room: int
 ) -> list[tuple[ProvedStretch, int]]:
-    """Stretches of all pieces inside a range, each narrower by a part of it."""
+    """Stretches of all pieces inside a range, each narrower by so many doubles at its ends."""
     (low, high), kept = _range(within), []
     for piece, shown in enumerate(found):
         for one in shown.stretches:
-            lo, hi = _rounded(one.lo, np.inf), _rounded(one.hi, -np.inf)
-            less = room * (hi - lo)
-            lo, hi = max(low, lo + less), min(high, hi - less)
+            lo, hi = _rounded(one.lo, np.inf, room), _rounded(one.hi, -np.inf, room)
+            lo, hi = max(low, lo), min(high, hi)
             if lo < hi:
-                part = ProvedStretch(
-                    lo=lo,
-                    hi=hi,
-                    verdict=one.verdict,
-                    stability=one.stability,
-                    label="",
-                    why=one.why,
-                )
-                kept.append((part, piece))
+                told = {"verdict": one.verdict, "stability": one.stability, "why": one.why}
+                kept.append((ProvedStretch(lo=lo, hi=hi, label="", **told), piece))
     return kept
 
 
 def _bifurcations(
-    found: Sequence[Shown], within: Sequence[str], room: float
+    found: Sequence[Shown], within: Sequence[str], room: int
 ) -> list[tuple[ProvedBifurcation, int]]:
-    """Those of all pieces that lie in a range, each wider by a part of its range."""
+    """Those of all pieces that may lie in a range, each wider by so many doubles at its ends."""
     (low, high), kept = _range(within), []
     for piece, shown in enumerate(found):
-        for one in shown.bifurcations:
-            lo, hi = _rounded(one.lo, -np.inf), _rounded(one.hi, np.inf)
-            more = room * (hi - lo)
-            if low <= lo and hi <= high:
-                ends = {"lo": float(lo - more), "hi": float(hi + more)}
-                kept.append((ProvedBifurcation(kind=one.kind, label="", **ends), piece))
+        for one, _ in shown.events:
+            lo, hi = _rounded(one.lo, -np.inf, room), _rounded(one.hi, np.inf, room)
+            if low <= hi and lo <= high:
+                ends = {"lo": lo, "hi": hi}
+                event = ProvedBifurcation(kind=one.kind, label="", single=one.single, **ends)
+                kept.append((event, piece))
     return kept
 
 
@@ -131,20 +125,18 @@ def _proof_from(certificate: dict[str, Any], found: Sequence[Shown]) -> BranchPr
         first, last = _range([lo, hi])
         told = {"verdict": verdict, "stability": steady, "why": why, "label": labels[piece]}
         stretches.append(ProvedStretch(lo=first, hi=last, **told))
-    for lo, hi, kind, piece in claims["bifurcations"]:
+    for lo, hi, kind, single, piece in claims["bifurcations"]:
         first, last = _range([lo, hi])
-        bifurcations.append(ProvedBifurcation(kind=kind, lo=first, hi=last, label=labels[piece]))
-    for number, (piece, shown) in enumerate(zip(pieces, found, strict=True)):
-        known = [
-            _range(row[:2])
-            for row in claims["stretches"]
-            if row[5] == number and (row[2] == "disproved" or row[3] != "undecided")
-        ]
+        event = ProvedBifurcation(kind=kind, lo=first, hi=last, single=single, label=labels[piece])
+        bifurcations.append(event)
+    for label, piece, shown in zip(labels, pieces, found, strict=True):
         open_ones = [(_rounded(a, -np.inf), _rounded(b, np.inf), why) for a, b, why in shown.open]
         if piece["ended"]:
             open_ones.append((*_range(piece["ended"][:2]), str(piece["ended"][2])))
-        for lo, hi, why in _left(_reached(shown, open_ones, (low, high)), known, open_ones):
-            left.append(Unproved(lo=lo, hi=hi, label=labels[number], why=why))
+        for lo, hi, why in sorted(open_ones):
+            if lo < high and hi > low:
+                ends = {"lo": max(lo, low), "hi": min(hi, high)}
+                left.append(Unproved(label=label, why=why, **ends))
     return BranchProof(
         parameter=certificate["parameter"],
         stretches=tuple(stretches),
@@ -152,40 +144,6 @@ def _proof_from(certificate: dict[str, Any], found: Sequence[Shown]) -> BranchPr
         uncovered=tuple(left),
         certificate=certificate if stretches else {},
     )
-
-
-def _reached(
-    shown: Shown, open_ones: Sequence[tuple[float, float, str]], within: tuple[float, float]
-) -> tuple[float, float]:
-    """The part of a range that the branch passes: beyond a saddle-node there is nothing of it."""
-    ends = [x for lo, hi, _ in open_ones for x in (lo, hi)]
-    if shown.whole is not None:
-        ends += [_rounded(shown.whole[0], -np.inf), _rounded(shown.whole[1], np.inf)]
-    low, high = within
-    return max(low, min(ends, default=high)), min(high, max(ends, default=low))
-
-
-def _left(
-    whole: tuple[float, float],
-    known: Sequence[tuple[float, float]],
-    open_ones: Sequence[tuple[float, float, str]],
-) -> list[tuple[float, float, str]]:
-    """What is open in a range: what is said to be so, wider where a known range ends before it."""
-    low, high = whole
-    left = [(max(a, low), min(b, high), why) for a, b, why in open_ones if b >= low and a <= high]
-    at, gaps = low, []
-    for lo, hi in [*sorted([*known, *((a, b) for a, b, _ in left)]), (high, np.inf)]:
-        if lo > at:
-            gaps.append((at, min(lo, high)))
-        at = max(at, hi)
-    for lo, hi in gaps:
-        beside = [k for k, one in enumerate(left) if one[0] == hi or one[1] == lo]
-        for k in beside[:1]:
-            first, last, why = left[k]
-            left[k] = (min(first, lo), max(last, hi), why)
-        if not beside:
-            left.append((lo, hi, "rounding"))
-    return [(float(lo), float(hi), why) for lo, hi, why in sorted(left)]
 
 
 def write_branch_proof(path: str | os.PathLike[str], proof: BranchProof) -> None:
@@ -212,14 +170,13 @@ def verified_branch(content: dict[str, Any]) -> BranchProof:
         raise ProofError("a parameter of another name")
     found = _found(posed)
     proof = _proof_from({**posed, "claims": content["claims"]}, found)
-    shown = _stretches(found, posed["within"], 0.0)
+    shown = _stretches(found, posed["within"], 0)
     rows = [row[5] for row in content["claims"]["stretches"]]
     for one, piece in zip(proof.stretches, rows, strict=True):
         if not any(_is_part(one, other) and piece == place for other, place in shown):
             raise ProofError("it claims more than is shown")
-    # those at an end of the range may be in it or not
-    there = _bifurcations(found, [text(-np.finfo(float).max), text(np.finfo(float).max)], 0.0)
-    rows = [row[3] for row in content["claims"]["bifurcations"]]
+    there = _bifurcations(found, posed["within"], 0)
+    rows = [row[4] for row in content["claims"]["bifurcations"]]
     for event, piece in zip(proof.bifurcations, rows, strict=True):
         held = (piece == place and _holds(event, other) for other, place in there)
         if not any(held):
@@ -235,7 +192,8 @@ def _is_part(one: ProvedStretch, shown: ProvedStretch) -> bool:
 
 
 def _holds(one: ProvedBifurcation, shown: ProvedBifurcation) -> bool:
-    return one.kind == shown.kind and one.lo <= shown.lo and shown.hi <= one.hi
+    same = (one.kind, one.single) == (shown.kind, shown.single)
+    return same and one.lo <= shown.lo and shown.hi <= one.hi
 
 
 def name_of(machine: Mapping[str, Any], place: Sequence[Any]) -> str:

@@ -15,11 +15,12 @@ from ..system import SYMBOLS, System
 from .branch_files import branch_proof_of
 from .branch_result import BranchProof
 from .certificate import exact
-from .chain import family_of
+from .chain import family_of, summary
 from .files import text
 from .formulas import Undecided
 from .posing import legs_of, machine_in_text, nodes_of
-from .tube import Family
+from .seeking import posed_special
+from .tube import Family, Slice, Tube
 from .walking import walk
 
 Array = NDArray[np.float64]
@@ -64,6 +65,7 @@ def proved_branch(
                 "label": motion.label,
                 "legs": [],
                 "tubes": [],
+                "specials": [],
                 "ended": None,
             }
             pieces.append(posed)
@@ -97,17 +99,24 @@ def _walked(
     posed: dict[str, Any],
     tubes: Tubes,
 ) -> str:
-    """Fill a piece with tubes; why they end before the last point, if they do."""
+    """Fill a piece with tubes and special points; why it ends before the last point, if it does."""
+    told, known, why = list[Slice](), list[Tube](), ""
     with ctx.workprec(_PRECISION):
         try:
             for step in walk(family, points, within):
                 posed["tubes"].append(step.posed())
+                told += step.told
+                known.append(step.tube)
                 tubes.one()
                 if tubes.count >= tubes.most:
-                    return f"max_tubes = {tubes.most} is reached"
+                    why = f"max_tubes = {tubes.most} is reached"
+                    break
         except Undecided as reason:
-            return str(reason)
-    return ""
+            why = str(reason)
+        for event, arc in summary(told, []).events:
+            if special := posed_special(family, known, event.kind, arc):
+                posed["specials"].append(special)
+    return why
 
 
 def _open(points: Array, why: str) -> list[str]:

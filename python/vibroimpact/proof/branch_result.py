@@ -56,26 +56,31 @@ class ProvedBifurcation:
     ----------
     kind
         ``"period_doubling"``: a multiplier is -1. ``"saddle_node"``: the parameter has an extremum
-        along the branch. ``"branch_point"``: a multiplier is 1. ``"neimark_sacker"``: two conjugate
-        ones are on the unit circle. ``"change_of_stability"``: one is. ``"grazing"``,
-        ``"regime_border"``: a condition of a flight, or of an impact's regime, is met on one side
-        and violated on the other.
+        along the branch. ``"neimark_sacker"``: two conjugate ones are on the unit circle.
+        ``"change_of_stability"``: one is. ``"grazing"``, ``"regime_border"``: a condition of a
+        flight, or of an impact's regime, is met on one side and violated on the other.
     lo, hi
         The range.
     label
         The motion's m-n.
+    single
+        Whether it is shown that there is exactly one: Krawczyk's operator contracts on its extended
+        system (test function), in a box that holds all of the branch that is open around it. Else
+        there is at least one, by a change of sign.
 
     Examples
     --------
     >>> import vibroimpact as vi
-    >>> vi.ProvedBifurcation(kind="saddle_node", lo=1.0, hi=1.1, label="1-1")
-    ProvedBifurcation(kind='saddle_node', lo=1.0, hi=1.1, label='1-1')
+    >>> found = vi.ProvedBifurcation(kind="saddle_node", lo=1.0, hi=1.1, label="1-1", single=True)
+    >>> found.single
+    True
     """
 
     kind: str
     lo: float
     hi: float
     label: str
+    single: bool = False
 
 
 @interruptible

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 from .branch_result import BranchProof
 from .statement import machine_sentence
 
 #: Stretches and bifurcations that are printed.
 _MOST = 20
 _KINDS = {
-    "saddle_node": "an extremum of the parameter (saddle-node)",
-    "period_doubling": "a multiplier -1 (period doubling)",
-    "branch_point": "a multiplier 1 (branch point)",
-    "neimark_sacker": "two conjugate multipliers on the unit circle (Neimark-Sacker)",
-    "change_of_stability": "a multiplier on the unit circle",
-    "grazing": "the border of a flight's conditions (grazing)",
-    "regime_border": "the border of a regime of an impact",
+    "saddle_node": "extremum of the parameter (saddle-node)",
+    "period_doubling": "point with a multiplier -1 (period doubling)",
+    "neimark_sacker": "point with two conjugate multipliers on the unit circle (Neimark-Sacker)",
+    "change_of_stability": "point with a multiplier on the unit circle",
+    "grazing": "point on the border of a flight's conditions (grazing)",
+    "regime_border": "point on the border of a regime of an impact",
 }
 
 
@@ -23,30 +25,38 @@ def branch_statement(proof: BranchProof) -> str:
     if not proof.stretches:
         reasons = "; ".join(dict.fromkeys(one.why for one in proof.uncovered))
         return f"Nothing is shown of the branch over {proof.parameter}: {reasons}."
-    name = proof.parameter
+    name, claims = proof.parameter, proof.certificate["claims"]
+    curves = sorted({row[-1] for row in claims["stretches"]})
     parts = [
-        f"Theorem. {machine_sentence(proof.certificate['machine'])} Let {name} vary. Along the "
-        "chain of tubes of the certificate the solutions form one smooth curve for each piece, "
-        "and the tubes hold no other with the same order of impacts and regimes."
+        f"Theorem. {machine_sentence(proof.certificate['machine'])} Now let {name} vary, with all "
+        "other numbers as they are. "
+        + ("The solutions" if len(curves) == 1 else f"On {len(curves)} curves the solutions")
+        + " of the conditions of periodicity form one smooth curve each; the tubes of the "
+        "certificate around it hold no other one with the same order of impacts and regimes."
     ]
-    for one in proof.stretches[:_MOST]:
+    for one, row in list(zip(proof.stretches, claims["stretches"], strict=True))[:_MOST]:
         told = {
-            "stable": "is a motion, and is asymptotically stable",
-            "unstable": "is a motion, and is unstable",
-            "undecided": "is a motion; its stability is open",
+            "stable": "is a motion, and it is asymptotically stable",
+            "unstable": "is a motion, and it is unstable",
+            "undecided": "is a motion; whether it is stable is open",
         }[one.stability]
         if one.verdict == "disproved":
             told = f"is no motion: {one.why}"
         parts.append(
             f"For every {name} in [{one.lo!r}, {one.hi!r}] there is exactly one {one.label} "
-            f"solution on this part of the curve; it {told}."
+            f"solution on this part of {_curve(row, curves)}; it {told}."
         )
-    parts += [
-        f"Between {name} = {found.lo!r} and {found.hi!r} the {found.label} solutions have "
-        f"{_KINDS[found.kind]}."
-        for found in proof.bifurcations[:_MOST]
-    ]
+    for found, row in list(zip(proof.bifurcations, claims["bifurcations"], strict=True))[:_MOST]:
+        parts.append(
+            f"On {_curve(row, curves)}, between {found.lo!r} and {found.hi!r}, the {found.label} "
+            f"solutions have {'exactly' if found.single else 'at least'} one {_KINDS[found.kind]}."
+        )
     more = max(0, len(proof.stretches) - _MOST) + max(0, len(proof.bifurcations) - _MOST)
     if more:
         parts.append(f"And {more} more, which the certificate lists.")
     return "\n".join(parts)
+
+
+def _curve(row: Sequence[Any], curves: Sequence[int]) -> str:
+    """Which curve a claim is about."""
+    return "the curve" if len(curves) == 1 else f"curve {curves.index(row[-1]) + 1}"

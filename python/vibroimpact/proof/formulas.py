@@ -25,7 +25,7 @@ class Refuted(Exception):
 Number: TypeAlias = Any
 Row: TypeAlias = Sequence[Number]
 #: Numbers after an impact; what must be positive, and what is wrong where it is negative.
-Landing: TypeAlias = tuple[list[Number], list[tuple[arb, str]]]
+Landing: TypeAlias = tuple[list[Number], list[tuple[Number, str]]]
 
 
 def plain(x: Number) -> arb:
@@ -207,7 +207,9 @@ def impact(machine: Machine, stop: Stop, regime: str, w: Row) -> Landing:
         together = stop.tip and size == 1
         bent = arb(0) if together else u - rate * stopped
         after = a - b * b / c if sticks else a - friction * b  # du = -after dP beyond P*
-        cone = plain(mu) * plain(c) - abs(plain(b))
+        # |b| has no derivative where b may be 0
+        turn = 1 if plain(b) > 0 else -1 if plain(b) < 0 else arb.nan()
+        cone = mu * c - (abs(b) if isinstance(b, arb) else turn * b)
         shown.append((sign * k, "slip does not stop"))
         shown.append((cone, "slip reverses") if sticks else (-cone, "the contact sticks"))
         if in_approach:
@@ -229,4 +231,4 @@ def impact(machine: Machine, stop: Stop, regime: str, w: Row) -> Landing:
             p = stopped + (bent + (bent * bent + after * left).sqrt()) / after
         q = -friction * stopped + (b / c if sticks else friction) * (p - stopped)
     pushed = zip(v, by_normal, by_tangent, strict=True)
-    return [x - y * p + z * q for x, y, z in pushed], [(plain(x), why) for x, why in shown]
+    return [x - y * p + z * q for x, y, z in pushed], shown

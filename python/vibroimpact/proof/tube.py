@@ -12,9 +12,9 @@ proves one solution in the tube for each h, in L(h) + K, and that they are a smo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from itertools import pairwise
 from math import comb
 
 import numpy as np
@@ -23,12 +23,14 @@ from flint import acb, acb_mat, arb, arb_mat, arb_series
 from . import along
 from .along import Matrices
 from .formulas import Machine, Number, Refuted, Undecided
-from .verifier import Flight, Orbit, show_motion, stability
+from .verifier import Orbit, show_motion, stability
 
 #: Terms of power series along a tube.
 TERMS = 5
 #: A radius that is added where one may be 0.
 _TINY = 1e-40
+#: Halvings of a part of a tube, and how many parts are halved.
+_HALVINGS, _MOST_OPEN = 24, 16
 
 #: A machine with its parameter at a ball, or at a series.
 MachineAt = Callable[[Number], Machine]
@@ -105,26 +107,26 @@ class Tube:
         return h if abs(h) < self.half and all(abs(x - y) < r for x, y, r in near) else None
 
 
-def jacobian(orbit: Orbit, flights: Sequence[Flight]) -> arb_mat:
-    """DF."""
-    width, count = flights[0].slopes.nrows(), len(flights)
-    matrix = arb_mat(width * count, width * count)
-    for k, flight in enumerate(flights):
-        for block, place in zip(orbit.blocks(k, flight), (k, (k + 1) % count), strict=True):
-            for i, row in enumerate(block.tolist()):
-                for j, x in enumerate(row):
-                    matrix[k * width + i, place * width + j] += x
-    return matrix
+def slopes_of(family: Family, box: Sequence[arb], sign: int = 1) -> list[list[arb]]:
+    """The rows of DF by all unknowns; those of the node where the last leg ends times a sign."""
+    orbit = family.at(box[-1])
+    width, count = 2 * orbit.machine.size + 1, len(orbit.legs)
+    rows = arb_mat(width * count, width * count)
+    for k, flight in enumerate(orbit.flights(box[:-1])):
+        starts, ends = orbit.blocks(k, flight)
+        after = (k + 1) % count
+        for i in range(width):
+            for j in range(width):
+                rows[k * width + i, k * width + j] += starts[i, j]
+                rows[k * width + i, after * width + j] += ends[i, j] * (1 if after else sign)
+    line: list[Number] = [*box[:-1], arb_series([box[-1], 1], 2)]
+    by_parameter = family.residual(line, 2)[1].entries()
+    return [[*row, x] for row, x in zip(rows.tolist(), by_parameter, strict=True)]
 
 
 def derivative(family: Family, direction: Sequence[arb], box: Sequence[arb]) -> arb_mat:
     """DE over a box."""
-    orbit = family.at(box[-1])
-    slopes = jacobian(orbit, orbit.flights(box[:-1]))
-    line: list[Number] = [*box[:-1], arb_series([box[-1], 1], 2)]
-    by_parameter = family.residual(line, 2)[1]
-    rows = [[*row, by_parameter[i, 0]] for i, row in enumerate(slopes.tolist())]
-    return arb_mat([*rows, list(direction)])
+    return arb_mat([*slopes_of(family, box), list(direction)])
 
 
 def near_inverse(matrix: arb_mat) -> arb_mat:
@@ -171,10 +173,10 @@ def image(family: Family, tube: Tube) -> Image:
         # X = dY/dh solves DE X = e; with D = d/dh E(L(h) + a) = DE L' - e, a = Y - L fixed, it is
         # X - L' = -A D + (I - A DE)(X - L'), a contraction in the norm max |x_i|/R_i since K lies
         # inside
-        part = max(
-            sum((abs(left[i, j]) * r for j, r in enumerate(tube.radius)), arb(0)) / tube.radius[i]
-            for i in range(size)
-        ).upper()
+        part = largest(
+            sum((abs(x) * r for x, r in zip(row, tube.radius, strict=True)), arb(0)) / own
+            for row, own in zip(left.tolist(), tube.radius, strict=True)
+        )
         moved = tube.taylor(family.residual, away)
         rates = along.at([x * k for k, x in enumerate(moved)][1:], h).entries()
         planes = [x * k for k, x in enumerate(tube.planes())][1:]
@@ -183,8 +185,16 @@ def image(family: Family, tube: Tube) -> Image:
         raise Undecided("a divisor may be 0") from error
     if not part < 1:
         return Image(away, False, arb(0))
-    off = max(abs(x).upper() / r for x, r in zip(bent, tube.radius, strict=True)) / (1 - part)
+    off = largest(abs(x) / r for x, r in zip(bent, tube.radius, strict=True)) / (1 - part)
     return Image(away, True, arb(0, (off * tube.radius[-1] + _TINY).upper()))
+
+
+def largest(values: Iterable[arb]) -> arb:
+    """A bound of all of some numbers."""
+    bounds = [x.upper() for x in values]
+    if not all(x.is_finite() for x in bounds):
+        raise Undecided("there is no bound")
+    return max(bounds)
 
 
 def point_at(family: Family, tube: Tube, found: Image, h: arb) -> list[arb]:
@@ -210,91 +220,123 @@ def _horner(given: Sequence[arb], h: arb) -> arb:
 class Slice:
     """What holds of the solutions on a part of a tube.
 
-    `first` and `last`: the parameter at its two ends; `whole`: all its values. `rises`: 1 or -1 if
-    the parameter rises or falls along it, else 0. `broken`: of no motion, the kind of border beyond
-    which it lies. `at_minus_one`, `at_one`: signs of the characteristic polynomial there.
+    `box` holds them; `length` of h, `first` and `last`: the parameter at its two ends. `rises`: 1
+    or -1 if the parameter rises or falls along it, else 0. `broken`: of no motion, the kind of
+    border beyond which it lies.
     """
 
+    box: list[arb]
+    length: arb
     first: arb
     last: arb
-    whole: arb
     rises: int
     verdict: str
     why: str
     broken: str
-    stability: str
-    at_minus_one: int
-    at_one: int
+    spectrum: Spectrum
+
+    @property
+    def known(self) -> bool:
+        """Whether everything is shown; of what is no motion stability is not asked."""
+        steady = self.spectrum.stability != "undecided" or self.verdict == "disproved"
+        return self.verdict != "undecided" and self.rises != 0 and steady
 
 
-def slices(family: Family, tube: Tube, found: Image, count: int, lo: arb, hi: arb) -> list[Slice]:
-    """What is shown of the motions of a tube between two values of h, in so many parts."""
-    told, nothing = [], ("undecided", (0, 0))
+def slices(family: Family, tube: Tube, found: Image, lo: arb, hi: arb) -> list[Slice]:
+    """What is shown of the motions of a tube between two values of h.
+
+    The parts of which not everything is shown are halved, as long as they are few.
+    """
     try:
-        returns = tube.taylor(family.return_map, found.away)
+        # along the tube in one basis: turned as a whole, a short part of it would be wide
+        returns = settled([acb_mat(x) for x in tube.taylor(family.return_map, found.away)])
     except (Undecided, ValueError, ZeroDivisionError):
         returns = []
-    ends = [lo + (hi - lo) * k / count for k in range(count + 1)]
-    for here, there in pairwise(ends):
-        h = here.union(there)
+
+    def look(here: arb, there: arb, known: tuple[str, str, str]) -> Slice:
+        h, spectrum = here.union(there), Spectrum()
         first, last = (tube.part(end, found.away)[-1] for end in (here, there))
         box, slope = tube.part(h, found.away), tube.coefficients(h, 1)[-1] + found.turn
-        try:
-            steady, signs = _spectrum(along.at(returns, h)) if returns else nothing
-        except (Undecided, ValueError, ZeroDivisionError):
-            steady, signs = nothing
-        verdict = _motion(family, box)
-        told.append(Slice(first, last, box[-1], _sign(slope), *verdict, steady, *signs))
+        if returns:
+            with suppress(Undecided, ValueError, ZeroDivisionError):
+                spectrum = spectrum_of(along.at(returns, h))
+        if known[0] == "undecided":
+            known = _motion(family, box)
+        return Slice(box, there - here, first, last, _sign(slope), *known, spectrum)
+
+    open_ = ("undecided", "", "")
+    told, ends = [look(lo, hi, open_)], [lo, hi]
+    for _ in range(_HALVINGS):
+        left = [k for k, one in enumerate(told) if not one.known]
+        if len(left) > _MOST_OPEN:
+            break
+        for k in reversed(left):
+            middle, one = (ends[k] + ends[k + 1]) / 2, told[k]
+            shown = (one.verdict, one.why, one.broken)
+            told[k : k + 1] = [look(ends[k], middle, shown), look(middle, ends[k + 1], shown)]
+            ends.insert(k + 1, middle)
     return told
 
 
-def _spectrum(matrix: arb_mat) -> tuple[str, tuple[int, int]]:
-    """Stability, and signs of the characteristic polynomial at -1 and 1."""
-    similar, size = _nearly_diagonal(matrix), matrix.nrows()
-    signs = []
+@dataclass(frozen=True)
+class Spectrum:
+    """What is shown of the multipliers on a part of a tube.
+
+    `at_minus_one`, `at_one`: signs of their characteristic polynomial there; where one is negative
+    a multiplier lies beyond. `others_inside`: all but one, which is real, are in the unit circle.
+    """
+
+    stability: str = "undecided"
+    at_minus_one: int = 0
+    at_one: int = 0
+    others_inside: bool = False
+
+
+def settled(given: Sequence[acb_mat]) -> list[acb_mat]:
+    """Similar matrices, the first nearly diagonal where that is possible."""
+    size = given[0].nrows()
+    numbers = [complex(float(x.real.mid()), float(x.imag.mid())) for x in given[0].entries()]
+    if not np.isfinite(numbers).all():
+        raise Undecided("the derivative of the return map is not bounded")
+    vectors = np.linalg.eig(np.array(numbers).reshape(size, size))[1]  # any regular matrix will do
+    basis = acb_mat([[acb(x.real, x.imag) for x in row] for row in vectors.tolist()])
+    return [basis.solve(x * basis) for x in given]
+
+
+def spectrum_of(matrix: acb_mat) -> Spectrum:
+    """Of the derivative of a return map, one of whose eigenvalues is 0 and no multiplier.
+
+    By Gershgorin's discs (1931): as many eigenvalues as discs lie in a union of discs that meets
+    no other one.
+    """
+    (similar,), size, signs = settled([matrix]), matrix.nrows(), []
     for x in (-1, 1):
         rest = -similar
         for i in range(size):
             rest[i, i] += x
-        try:
-            # one eigenvalue is 0: without it the sign at -1 is another one
-            signs.append(_sign(x * rest.det().real))
-        except ZeroDivisionError:
-            signs.append(0)
-    steady = _by_discs(similar)
-    if steady == "undecided":
-        steady = stability(similar.charpoly().coeffs())
-    return steady, (signs[0], signs[1])
-
-
-def _nearly_diagonal(matrix: arb_mat) -> acb_mat:
-    """A similar matrix, nearly diagonal where that is possible."""
-    size = matrix.nrows()
-    numbers = np.array([float(x.mid()) for x in matrix.entries()]).reshape(size, size)
-    if not np.isfinite(numbers).all():
-        raise Undecided("the derivative of the return map is not bounded")
-    vectors = np.linalg.eig(numbers)[1]  # any regular matrix will do
-    basis = acb_mat([[acb(x.real, x.imag) for x in row] for row in vectors.tolist()])
-    try:
-        return basis.inv() * (acb_mat(matrix) * basis)
-    except ZeroDivisionError:
-        return acb_mat(matrix)
-
-
-def _by_discs(matrix: acb_mat) -> str:
-    """Stability by Gershgorin's discs (1931): as many zeros as discs lie in a union of them."""
-    size = matrix.nrows()
+        # the eigenvalue 0 makes the sign at -1 another one
+        signs.append(_sign(x * rest.det().real))
     discs = [
-        (matrix[i, i], sum((abs(matrix[i, j]) for j in range(size) if j != i), arb(0)))
+        (similar[i, i], sum((abs(similar[i, j]) for j in range(size) if j != i), arb(0)))
         for i in range(size)
     ]
-    if all(abs(centre) + radius < 1 for centre, radius in discs):
-        return "stable"
-    outside = [disc for disc in discs if abs(disc[0]) - disc[1] > 1]
-    others = [disc for disc in discs if not abs(disc[0]) - disc[1] > 1]
-    if outside and all(abs(a - b) > r + s for a, r in outside for b, s in others):
-        return "unstable"
-    return "undecided"
+    inner = [(c, r) for c, r in discs if abs(c) + r < 1]
+    rest_of = [(c, r) for c, r in discs if not abs(c) + r < 1]
+    # a disc about a real number that holds one eigenvalue of a real matrix: it is real
+    alone = [(acb(c.real), r + abs(c.imag)) for c, r in rest_of]
+    others_inside = len(rest_of) == 1 and _apart(alone, inner)
+    stable = not rest_of or (others_inside and signs == [1, 1])
+    steady: str = "stable" if stable else "undecided"
+    outer = [(c, r) for c, r in rest_of if abs(c) - r > 1]
+    if -1 in signs or (outer and _apart(outer, [x for x in discs if not abs(x[0]) - x[1] > 1])):
+        steady = "unstable"
+    if steady == "undecided":
+        steady = stability(similar.charpoly().coeffs())
+    return Spectrum(steady, signs[0], signs[1], others_inside)
+
+
+def _apart(some: Sequence[tuple[acb, arb]], others: Sequence[tuple[acb, arb]]) -> bool:
+    return all(abs(a - b) > r + s for a, r in some for b, s in others)
 
 
 def _motion(family: Family, box: Sequence[arb]) -> tuple[str, str, str]:

@@ -10,7 +10,7 @@ import numpy as np
 from flint import arb, arb_mat
 from numpy.typing import NDArray
 
-from .chain import is_known
+from ..errors import ProofError
 from .files import text
 from .formulas import Undecided
 from .tube import (
@@ -38,10 +38,14 @@ _THIN, _WIDENINGS, _ROOM, _OVERLAP = 2.0**-12, 3, 1.5, 1.25
 _STEPS, _SMALL = 12, 1e-22
 #: How far outside a range points begin, as a part of a step.
 _BEFORE = 0.01
+#: Shorter tubes that are tried for a verdict.
+_TRIES = 20
 #: Tubes beyond the last point; how far ahead it is looked for, in half lengths of a tube.
 _MOST_BEYOND, _AHEAD = 8, 4.0
-#: Slices of a tube.
-_SLICES = (4, 16)
+#: Attempts at a narrower one, and its least radius as a power of 2 of the half length.
+_NARROWINGS, _NARROWEST = 2, 44
+#: Part of a tube that may stay open, as about a bifurcation.
+_OPEN = 0.05
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,6 @@ class Step:
             "half": text(tube.half),
             "radius": [text(x) for x in tube.radius],
             "until": text(self.until),
-            "slices": len(self.told),
         }
 
 
@@ -108,6 +111,19 @@ def line_through(family: Family, y: Sequence[arb], direction: Array) -> list[lis
     return line
 
 
+def narrower(family: Family, tube: Tube, found: Image) -> tuple[Tube, Image]:
+    """A tube as narrow as can be shown: verdicts on motions in it are then sharper."""
+    for _ in range(_NARROWINGS):
+        least = tube.half * arb(2) ** -_NARROWEST
+        radius = [((_ROOM * abs(x)).upper() + least).mid() for x in found.away]
+        inner = Tube(tube.line, tube.half, radius)
+        closer = image(family, inner)
+        if not closer.inside:
+            break
+        tube, found = inner, closer
+    return tube, found
+
+
 def tube_from(
     family: Family, y: Sequence[arb], direction: Array, half: float
 ) -> tuple[Tube, Image, float]:
@@ -123,9 +139,9 @@ def tube_from(
                 tube = Tube(line, arb(half * _OVERLAP), [r.mid() for r in radius])
                 found = image(family, tube)
                 if found.inside:
-                    return tube, found, half
+                    return *narrower(family, tube, found), half
                 radius = [(_ROOM * abs(x)).upper() + thin for x in found.away]
-        except (Undecided, ValueError, ZeroDivisionError):
+        except (Undecided, ProofError, ValueError, ZeroDivisionError):
             pass
         half /= 2
     raise Undecided("no tube is shown")
@@ -182,9 +198,9 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
     direction /= np.linalg.norm(direction)
     y = corrected(family, exact(points[0]), direction)
     direction = direction_at(family, y, direction)
-    half, before, beyond = _FIRST * length, None, 0
+    half, longest, before, beyond, tries = _FIRST * length, length, None, 0, _TRIES
     while True:
-        tube, found, half = tube_from(family, y, direction, min(half, _LONGEST * length))
+        tube, found, half = tube_from(family, y, direction, half)
         lo = -tube.half if before is None else tube.place(before)
         if lo is None:
             half /= 2
@@ -192,15 +208,13 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
                 raise Undecided("two tubes are not joined")
             continue
         hi = arb(half)
-        told: list[Slice] = []
-        for count in _SLICES:
-            told = slices(family, tube, found, count, lo, hi)
-            if all(map(is_known, told)):
-                break
-        else:
-            if half > _FINEST * length:
-                half /= 2
-                continue
+        told = slices(family, tube, found, lo, hi)
+        dark = sum(float(one.length.upper()) for one in told if not one.known)
+        if dark > _OPEN * half and half > _FINEST * length and tries:
+            longest, half, tries = half, half / 2, tries - 1
+            continue
+        # where the verdict stays open it is asked less often
+        tries = 1 if dark > _OPEN * half else _TRIES
         yield Step(tube, hi, told)
         before = point_at(family, tube, found, hi)
         direction = np.array([float(x.mid()) for x in tube.coefficients(hi, 1)])
@@ -209,6 +223,8 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
         place = np.array([float(x) for x in y])
         # past the last point; a border there is shown from both sides
         beyond += bool(beyond) or progress.move(place, _AHEAD * half)
-        if beyond > _MOST_BEYOND or (beyond and is_known(told[-1])):
+        if beyond > _MOST_BEYOND or (beyond and told[-1].known):
             return
-        half *= 1.5
+        # a tube that was too long is tried again some time later
+        longest *= 1.1
+        half = min(1.5 * half, 0.8 * longest, _LONGEST * length)
