@@ -125,12 +125,13 @@ def _open(points: Array, why: str) -> list[str]:
 
 
 def _beyond(points: Array, tubes: list[dict[str, Any]]) -> Array:
-    """The points from the last one before the middle of the last tube on."""
+    """The middle of the last tube, and the points ahead of it."""
     if not tubes:
         return points
-    middle = np.array([float(exact(x)) for x in tubes[-1]["line"][0]])
+    middle, ahead = (np.array([float(exact(x)) for x in tubes[-1]["line"][k]]) for k in (0, 1))
     nearest = int(np.argmin(np.linalg.norm(points - middle, axis=1)))
-    rest: Array = np.vstack([middle, points[max(0, nearest - 1) :]])
+    behind = (points[nearest] - middle) @ ahead < 0.0
+    rest: Array = np.vstack([middle, points[nearest + int(behind) :]])
     return rest
 
 

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 #: Half lengths of tubes, as a part of the length of the piece: the first, the longest, the shortest
 #: for a verdict, and the shortest.
-_FIRST, _LONGEST, _FINEST, _SHORTEST = 1e-3, 0.1, 1e-5, 1e-9
+_FIRST, _LONGEST, _FINEST, _SHORTEST = 1e-3, 0.1, 1e-5, 1e-6
 #: Least radius of a tube as a part of its half length, attempts at its radius, the room that K is
 #: given, and the part by which tubes overlap.
 _THIN, _WIDENINGS, _ROOM, _OVERLAP = 2.0**-12, 3, 1.5, 1.25
@@ -125,10 +125,11 @@ def narrower(family: Family, tube: Tube, found: Image) -> tuple[Tube, Image]:
 
 
 def tube_from(
-    family: Family, y: Sequence[arb], direction: Array, half: float
+    family: Family, y: Sequence[arb], direction: Array, half: float, least: float
 ) -> tuple[Tube, Image, float]:
     """A tube that begins at a point of the branch, as long as can be shown; K; half its length."""
-    while half > _SHORTEST:
+    why = "Krawczyk's operator does not contract"
+    while half > least:
         try:
             ahead = [a + s * arb(half) for a, s in zip(y, exact(direction), strict=True)]
             centre = corrected(family, ahead, direction)
@@ -141,10 +142,12 @@ def tube_from(
                 if found.inside:
                     return *narrower(family, tube, found), half
                 radius = [(_ROOM * abs(x)).upper() + thin for x in found.away]
-        except (Undecided, ProofError, ValueError, ZeroDivisionError):
-            pass
+        except (Undecided, ProofError) as reason:
+            why = str(reason)
+        except (ValueError, ZeroDivisionError):
+            why = "a divisor may be 0"
         half /= 2
-    raise Undecided("no tube is shown")
+    raise Undecided(f"no tube is shown: {why}")
 
 
 class Progress:
@@ -198,13 +201,14 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
     direction /= np.linalg.norm(direction)
     y = corrected(family, exact(points[0]), direction)
     direction = direction_at(family, y, direction)
+    least = _SHORTEST * length
     half, longest, before, beyond, tries = _FIRST * length, length, None, 0, _TRIES
     while True:
-        tube, found, half = tube_from(family, y, direction, half)
+        tube, found, half = tube_from(family, y, direction, half, least)
         lo = -tube.half if before is None else tube.place(before)
         if lo is None:
             half /= 2
-            if half < _SHORTEST:
+            if half < least:
                 raise Undecided("two tubes are not joined")
             continue
         hi = arb(half)
