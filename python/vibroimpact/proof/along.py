@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from flint import arb, arb_mat, arb_series
 
-from .formulas import Condition, Machine, Number, dot, impact
+from .formulas import Landing, Machine, Number, dot, impact
 from .verifier import Orbit
 
 #: A matrix with power series as entries.
@@ -196,7 +196,7 @@ class Leg:
         last = [dot(row, first) for row in passage[: 2 * n]]
         return cls(orbit, k, first, passage, [*last, *machine.drive(end)], end, lasts)
 
-    def after(self) -> tuple[list[Number], list[Condition]]:
+    def after(self) -> Landing:
         """The state after the impact and the gap at it; the conditions, as `Flight` has them."""
         machine, (number, regime) = self.orbit.machine, self.orbit.legs[self.k]
         stop = machine.stops[number]

@@ -207,9 +207,7 @@ def impact(machine: Machine, stop: Stop, regime: str, w: Row) -> Landing:
         together = stop.tip and size == 1
         bent = arb(0) if together else u - rate * stopped
         after = a - b * b / c if sticks else a - friction * b  # du = -after dP beyond P*
-        # |b| has no derivative where b may be 0
-        turn = 1 if plain(b) > 0 else -1 if plain(b) < 0 else arb.nan()
-        cone = mu * c - (abs(b) if isinstance(b, arb) else turn * b)
+        cone = mu * c - (abs(b) if isinstance(b, arb) else (b * b).sqrt())  # has |b|
         shown.append((sign * k, "slip does not stop"))
         shown.append((cone, "slip reverses") if sticks else (-cone, "the contact sticks"))
         if in_approach:

@@ -22,7 +22,7 @@ from flint import arb, arb_mat, arb_series
 
 from . import along
 from .along import Leg
-from .formulas import Number, Undecided, plain, slope_of
+from .formulas import Number, Undecided, plain
 from .tube import Family, near_inverse, slopes_of
 from .verifier import inside
 
@@ -55,7 +55,7 @@ class Special:
         else:
             tests = [self.tests(family, moved(box, _unit(j, len(box)))) for j in range(len(box))]
             values += [plain(x) for x in tests[0]]
-            rows += [list(map(slope_of, row)) for row in zip(*tests, strict=True)]
+            rows += [[along.term(x, 1) for x in row] for row in zip(*tests, strict=True)]
         rest = family.at(box[size - 1]).residual(box[: size - 1])
         return [*rest, *values], arb_mat(rows)
 
@@ -68,7 +68,7 @@ class Special:
         orbit = family.at(x[-2])
         leg = Leg.of(orbit, self.leg, x[:-2], 2, until=x[-1])
         stop = orbit.machine.stops[self.stop]
-        return [stop.gap(leg.last), stop.rate(leg.last, orbit.machine.size)]
+        return [stop.gap(leg.last), stop.gap(leg.last, 1)]
 
 
 def _unit(j: int, size: int) -> list[arb]:
