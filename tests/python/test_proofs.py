@@ -241,7 +241,26 @@ def test_solutions_that_are_no_motion_are_disproved():
         proof = vi.prove(motion)
         assert proof.verdict == "disproved"
         assert proof.why
+        assert proof.solved
         assert "no motion" in proof.statement
+        assert "one solution there, and it is none. Leg 1: " in proof.statement
+        assert proof.statement.endswith(".")
+
+
+def test_a_box_without_a_solution_is_told_from_one_without_a_motion():
+    from vibroimpact.proof.certificate import examine
+    from vibroimpact.proof.files import proof_of
+
+    given = dict(proved().certificate)
+    center, radius = map(number, given["box"][0])
+    away = center + radius * Fraction(3, 4)
+    shift = away.denominator.bit_length() - 1
+    small = [[x, f"1p-{30}"] for x, _ in given["box"]]
+    small[0][0] = f"{away.numerator}p-{shift}"
+    problem = {name: given[name] for name in ("machine", "m", "legs", "precision")}
+    proof = proof_of(problem | {"box": small}, examine(problem | {"box": small}))
+    assert (proof.verdict, proof.solved) == ("disproved", False)
+    assert "have no solution there" in proof.statement
 
 
 @pytest.mark.parametrize(("shift", "verdict"), [(-1e-9, "disproved"), (1e-9, "proved")])

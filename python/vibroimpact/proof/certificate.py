@@ -24,7 +24,7 @@ class Finding:
     verdict: Literal["proved", "disproved", "undecided"]
     why: str = ""
     box: Sequence[arb] = ()
-    solved: bool = False  # disproved: whether the box holds a solution, which is no motion
+    solved: bool = False  # whether the box holds a solution; of a disproved one it is no motion
     discs: Sequence[acb] = ()
     stability: verifier.Stability = "undecided"
 

@@ -66,6 +66,7 @@ def proof_from(certificate: dict[str, Any], found: Finding) -> Proof:
     return Proof(
         verdict=found.verdict,
         why=found.why,
+        solved=found.solved,
         label=_label(certificate),
         box=ProofBox(center=_fixed(center, width), radius=_fixed(radius, width)),
         unique_within=_alone(certificate["box"], center),

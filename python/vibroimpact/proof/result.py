@@ -96,6 +96,9 @@ class Proof(FixedArrays, Shown):
         it is no motion. ``"undecided"``: neither is shown.
     why
         Of the last two: why.
+    solved
+        Whether the box holds a solution: of a proved motion it does; of a disproved one that
+        solution is no motion.
     label
         The motion's m-n.
     box
@@ -130,6 +133,7 @@ class Proof(FixedArrays, Shown):
     verdict: Literal["proved", "disproved", "undecided"]
     why: str
     label: str
+    solved: bool = False
     box: ProofBox | None = None
     unique_within: float = 0.0
     multipliers: tuple[Disc, ...] = ()

@@ -31,11 +31,15 @@ def statement(proof: Proof) -> str:
     count = counted(len(given["legs"]), "impact")
     periods = counted(given["m"], "drive period")
     if proof.verdict == "disproved":
-        return (
-            f"Theorem. {machine} Within {within} of the numbers below, no motion repeats after "
-            f"{periods} with {count} of the regimes {_regimes(given)}: {proof.why}.\n"
-            f"{_nodes(proof)}"
+        none = (
+            f"Within {within} of the numbers below no motion repeats after {periods} with {count}"
         )
+        why = (
+            f"their conditions have one solution there, and it is none. {_begun(proof.why)}"
+            if proof.solved
+            else "their conditions have no solution there"
+        )
+        return f"Theorem. {machine} {none} and regimes {_regimes(given)}: {why}.\n{_nodes(proof)}."
     parts = [
         f"Theorem. {machine} It has a motion that repeats after {periods} with {count}, and meets "
         f"no stop at any other time. Regimes: {_regimes(given)}. Just after the impacts its state "
@@ -50,6 +54,10 @@ def statement(proof: Proof) -> str:
     if proof.multipliers:
         parts.append(_multipliers(proof))
     return "\n".join(parts)
+
+
+def _begun(sentence: str) -> str:
+    return sentence[:1].upper() + sentence[1:]
 
 
 def _complex(disc: Disc) -> str:
