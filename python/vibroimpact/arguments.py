@@ -322,34 +322,30 @@ def states(initial: Any, name: str = "initial") -> NDArray[np.float64]:
     return result
 
 
-def state(initial: Any) -> tuple[float, float, float, float]:
-    """Return one initial state as four floats."""
-    array = states(initial)
+def state(initial: Any, name: str = "initial") -> tuple[float, float, float, float]:
+    """Return one state as four floats."""
+    array = states(initial, name)
     if array.ndim != 1:
-        raise StateError(
-            f"initial of shape {array.shape} is not allowed; allowed: (x1, v1, x2, v2)"
-        )
+        raise StateError(f"{name} of shape {array.shape} is not allowed; allowed: (x1, v1, x2, v2)")
     x1, v1, x2, v2 = array.tolist()
     return x1, v1, x2, v2
 
 
-def starts(initial: Any, count: int) -> NDArray[np.float64]:
+def starts(initial: Any, count: int, name: str = "initial") -> NDArray[np.float64]:
     """Return starts of ``count`` coordinates as float64, (2, count) or (k, 2, count), finite."""
     wanted = f"rows q and v of shape (2, {count}), or (k, 2, {count}) for several"
-    array = array_of("initial", initial, wanted, error=StateError)
+    array = array_of(name, initial, wanted, error=StateError)
     if array.ndim not in (2, 3) or array.shape[-2:] != (2, count):
-        shown = (
-            f"initial of shape {array.shape}" if array.ndim else f"initial = {in_short(initial)}"
-        )
+        shown = f"{name} of shape {array.shape}" if array.ndim else f"{name} = {in_short(initial)}"
         turned = ", did you mean its transpose?" if array.shape == (count, 2) else ""
         raise StateError(f"{shown} is not allowed; allowed: {wanted}{turned}")
     if array.dtype.kind not in "iuf":
-        raise StateError(f"initial of type {array.dtype} is not allowed; allowed: real numbers")
+        raise StateError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
     result = as_floats(array)
     finite = np.isfinite(result)
     if not finite.all():
         place = tuple(int(i) for i in np.argwhere(~finite)[0])
-        where = f"initial[{', '.join(map(str, place))}]"
+        where = f"{name}[{', '.join(map(str, place))}]"
         raise StateError(f"{where} = {result[place]} is not allowed; allowed: finite numbers")
     return result
 

@@ -77,10 +77,15 @@ def test_bodies_on_one_line_touch_in_contact(ax):
 
 @pytest.mark.parametrize(
     ("system", "state"),
-    [("paper", START), (PAPER, (0, 0)), (PAPER, (0, 0, 0, math.nan))],
+    [
+        ("paper", START),
+        (PAPER, (0, 0)),
+        (PAPER, [START, START]),
+        (PAPER, (0, 0, 0, math.nan)),
+    ],
 )
 def test_a_machine_needs_a_system_and_a_state(system, state):
-    with pytest.raises(ValueError, match=r"system =|initial"):
+    with pytest.raises(ValueError, match=r"^(system =|state( |\[))"):
         vi.plot.machine(system, state)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from matplotlib import pyplot
 
 import vibroimpact as vi
-from explorer_structures import EVERY, PAIR, REST, ROUGH, SMALL, arguments
+from explorer_structures import CHAIN, EVERY, PAIR, REST, ROUGH, SMALL, arguments
 from vibroimpact.explorer import compute, tables
 from vibroimpact.explorer.axis import Axis
 from vibroimpact.explorer.code import python_code
@@ -53,6 +53,42 @@ def test_a_start_of_a_structure_is_that_of_simulate():
             first_state(PAIR, wrong)
     with pytest.raises(vi.StateError, match="stop"):
         first_state(PAIR, [[0, 0.7], [0, 0]])
+
+
+def test_differences_that_stops_limit_are_looked_at_too():
+    """Whichever way the stop faces, and of any size; but no other row of two coordinates."""
+    machine = first_state(PAIR, None).machine
+    assert machine.shown == ("q0", "q1", "q0-q1")
+    assert (machine.symbol("q0-q1"), machine.words("q0-q1")) == ("q₀ - q₁", "")
+    assert machine.phase_names("q0-q1") == (("q₀ - q₁", "q̇₀ - q̇₁"),)
+    several = PAIR.replace(
+        stops=[
+            vi.Stop([-3, 3], 0.4, 0.7),
+            vi.Stop([1, -1], 0.2, 0.7),
+            vi.Stop([1, 1], 0.5, 0.8),
+            vi.Stop([1, -0.5], 0.5, 0.8),
+        ]
+    )
+    assert first_state(several, None).machine.shown == ("q0", "q1", "q0-q1")
+    assert first_state(CHAIN, None).machine.shown == tuple(f"q{i}" for i in range(6))
+
+
+def test_a_difference_is_that_of_the_run_and_of_the_diagram(coarse):
+    state = first_state(PAIR, None).replace(shown="q0-q1")
+    motion = compute.motion(state)
+    q, v = motion.states[:, 0], motion.states[:, 1]
+    samples = state.machine.samples(motion)
+    assert np.array_equal(samples["place"], q[:, 0] - q[:, 1])
+    assert np.array_equal(samples["speed"], v[:, 0] - v[:, 1])
+    # Stop 0 lies at 0.2.
+    assert 0.19 < samples["place"].max() < 0.2 + 1e-12
+    sections = motion.run.stroboscopic
+    assert np.array_equal(state.machine.sections(motion.run, "q0-q1"), sections @ [1, -1])
+    diagram = compute.diagram(state, compute.detail(state, compute.FINE))
+    column = state.machine.points(diagram, "q", "q0-q1")[1]
+    assert np.array_equal(column, diagram.impacts["q"] @ [1, -1])
+    column = state.machine.points(diagram, "stroboscopic", "q0-q1")[1]
+    assert np.array_equal(column, diagram.stroboscopic[:, 0] @ [1, -1])
 
 
 NUMBER = st.floats(-1e3, 1e3)
@@ -251,6 +287,8 @@ def test_a_table_of_a_structure_holds_the_numbers_bit_for_bit(coarse):
     ("name", "changes"),
     [
         ("pair", {"value": "q", "shown": "q1"}),
+        ("pair", {"value": "q", "shown": "q0-q1"}),
+        ("pair", {"value": "stroboscopic", "shown": "q0-q1"}),
         ("pair", {"vary": Axis(name=DRIVE, low=0.5, high=1.5), DRIVE: 0.8}),
         ("rough", {"vary": Axis(name=DAMPING, low=0.5, high=1.5), "value": "phase"}),
         ("free", {}),

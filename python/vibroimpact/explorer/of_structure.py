@@ -17,7 +17,7 @@ from ..plot.style import REGIME_STYLES, STOPS
 from ..structure import Structure
 from ..sweeps import lyapunov_spectrum
 from .machine import STROBOSCOPIC, Array, Curve, Motion, Phase
-from .structure_numbers import DAMPING, DRIVE, StructureNumbers
+from .structure_numbers import DAMPING, DRIVE, StructureNumbers, looked_at
 
 # Oscillations of the slowest mode in a motion without a drive; its length without any spring.
 _OSCILLATIONS, _TIME = 20.0, 30.0
@@ -86,10 +86,10 @@ class OfStructure(StructureNumbers):
     # What is drawn.
 
     def _drawn(self, shown: str) -> list[int]:
-        """Return the coordinates of the time history: the one that is looked at, and others."""
-        chosen = int(shown[1:])
-        others = [i for i in self.met if i != chosen]
-        return sorted([chosen, *others[: self.curve_count - 1]])
+        """Return the coordinates of the time history: those that are looked at, and others."""
+        chosen = [place for _, place in looked_at(shown).terms]
+        others = [i for i in self.met if i not in chosen]
+        return sorted([*chosen, *others][: self.curve_count])
 
     def curves(self, shown: str) -> tuple[Curve, ...]:
         """Return some coordinates."""
@@ -101,24 +101,25 @@ class OfStructure(StructureNumbers):
         return (Phase("place", "speed", self.symbol(shown)),)
 
     def phase_names(self, shown: str) -> tuple[tuple[str, str], ...]:
-        """Return the symbols of the coordinate that is looked at."""
-        return ((self.symbol(shown), self.symbol(f"v{shown[1:]}")),)
+        """Return the symbols of the coordinate that is looked at, or of a difference."""
+        speed = " - ".join(self.symbol(f"v{place}") for _, place in looked_at(shown).terms)
+        return ((self.symbol(shown), speed),)
 
     def history_label(self, shown: str) -> str:
         """Return what the curves are."""
         return ", ".join(curve.words for curve in self.curves(shown))
 
     def samples(self, motion: Motion) -> dict[str, Array]:
-        """Return the coordinates that are drawn, and the velocity of one."""
+        """Return the coordinates that are drawn, and what is looked at with its velocity."""
         q, v = motion.states[:, 0], motion.states[:, 1]
-        chosen = int(motion.shown[1:])
+        chosen = looked_at(motion.shown)
         curves = {f"curve{k}": q[:, i] for k, i in enumerate(self._drawn(motion.shown))}
-        columns = curves | {"place": q[:, chosen], "speed": v[:, chosen]}
+        columns = curves | {"place": chosen.of(q), "speed": chosen.of(v)}
         return {name: np.ascontiguousarray(column) for name, column in columns.items()}
 
     def sections(self, run: Any, shown: str) -> Array:
         """Return the coordinate that is looked at."""
-        return np.asarray(run.stroboscopic)[:, :, int(shown[1:])]
+        return looked_at(shown).of(np.asarray(run.stroboscopic))
 
     def hits(self, motion: Motion) -> dict[str, Array]:
         """Return where the coordinates on which a stop acts are at its impacts."""
@@ -162,12 +163,12 @@ class OfStructure(StructureNumbers):
         """Return the columns of a StructureDiagram."""
         if value == STROBOSCOPIC:
             sections = diagram.stroboscopic
-            column = sections[:, 0, int(shown[1:])] if len(sections) else np.empty(0)
+            column = looked_at(shown).of(sections[:, 0]) if len(sections) else np.empty(0)
             return diagram.stroboscopic_parameter, np.ascontiguousarray(column), None
         impacts, at = diagram.impacts, diagram.impact_parameter
         if not len(at):
             return at, np.empty(0), np.zeros(0, dtype=np.uint8)
-        column = impacts["q"][:, int(shown[1:])] if value == "q" else impacts[value]
+        column = looked_at(shown).of(impacts["q"]) if value == "q" else impacts[value]
         return at, np.ascontiguousarray(column), self.kinds(impacts)
 
     def columns(self, diagram: Any) -> dict[str, NDArray[Any]]:
@@ -239,7 +240,7 @@ class OfStructure(StructureNumbers):
 
     def pictures(self, shown: str, periods: int) -> list[str]:
         """Return the package's figures of a run."""
-        i = int(shown[1:])
+        place, rate = map(looked_at(shown).name, "qv")
         part, size, x = f"periods={periods}", "2, 2, figsize=(7.1, 5.4)", "phase"
         if not self.driven:
             part = "window=(run.kept_from, run.final_state.time)"
@@ -250,12 +251,12 @@ class OfStructure(StructureNumbers):
             "panels = axes.flat",
             f"vi.plot.time_history(run, coordinates={self._drawn(shown)}, {part}{color},",
             "                     ax=panels[0])",
-            f"vi.plot.phase_portrait(run, coordinates={i}, {part}{color}, ax=panels[1])",
+            f"vi.plot.phase_portrait(run, coordinates={place!r}, {part}{color}, ax=panels[1])",
             f"vi.plot.impact_section(run, x='{x}', y='approach_velocity'{color}, ax=panels[2])",
         ]
         if not self.driven:
             return lines
-        return [*lines, f"vi.plot.stroboscopic(run, x='q_{i}', y='v_{i}', ax=panels[3])"]
+        return [*lines, f"vi.plot.stroboscopic(run, x={place!r}, y={rate!r}, ax=panels[3])"]
 
     def family_code(self, *names: str) -> str:
         """Return the structure's name, or a function of factors of what was given."""
@@ -274,10 +275,10 @@ class OfStructure(StructureNumbers):
 
     def drawn_code(self, value: str, shown: str) -> tuple[str, str]:
         """Return the call of the package's diagram of structures."""
-        own = f", coordinate={int(shown[1:])}"
+        place = looked_at(shown).name("q")
         if value == STROBOSCOPIC:
-            return "vi.plot.bifurcation", f"section='stroboscopic'{own}"
-        return "vi.plot.bifurcation", f"value={value!r}{own if value == 'q' else ''}"
+            return "vi.plot.bifurcation", f"section='stroboscopic', value={place!r}"
+        return "vi.plot.bifurcation", f"value={(place if value == 'q' else value)!r}"
 
 
 def _arguments(fields: Mapping[str, Any]) -> str:

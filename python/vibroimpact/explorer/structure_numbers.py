@@ -15,10 +15,12 @@ from typing import Any, Self
 import numpy as np
 
 from ..arguments import not_negative, number, reject, starts
+from ..plot.coordinates import Combination
+from ..plot.stop_rows import rows_of
 from ..stop import OF_STOPS, SUBSCRIPTS, numbered
 from ..structure import Structure
 from .axis import Axis, around
-from .machine import STROBOSCOPIC, Machine
+from .machine import STROBOSCOPIC, Array, Machine
 
 # Factors of what was given.
 DRIVE, DAMPING = "drive_factor", "damping_factor"
@@ -121,7 +123,7 @@ class StructureNumbers(Machine):
     @cached_property
     def coordinates(self) -> tuple[str, ...]:
         """All coordinates and then all velocities."""
-        return (*self.shown, *(f"v{i}" for i in range(self.base.coordinates)))
+        return tuple(f"{what}{i}" for what in "qv" for i in range(self.base.coordinates))
 
     @cached_property
     def starts(self) -> tuple[str, ...]:
@@ -131,8 +133,9 @@ class StructureNumbers(Machine):
 
     @cached_property
     def shown(self) -> tuple[str, ...]:
-        """Every coordinate."""
-        return tuple(f"q{i}" for i in range(self.base.coordinates))
+        """Every coordinate, and the differences of two of them that stops limit."""
+        between = (_difference(row.normal) for row in rows_of(self.base))
+        return (*self.coordinates[: self.base.coordinates], *(name for name in between if name))
 
     @property
     def values(self) -> dict[str, str]:
@@ -247,7 +250,7 @@ class StructureNumbers(Machine):
             return min(some) - length, max(some) + length
         # A start: as far as the stops, and as fast as the drive or the fastest mode goes there.
         frequency = self.base.drive_frequency or float(self.base.frequencies[-1]) or 1.0
-        reach = length if name in self.shown else frequency * length
+        reach = length if name[0] == "q" else frequency * length
         return -reach, reach
 
     @property
@@ -280,13 +283,15 @@ class StructureNumbers(Machine):
             return _WORDS[name][0]
         if name in self.coordinates:
             return f"{'q' if name[0] == 'q' else 'q̇'}{name[1:].translate(SUBSCRIPTS)}"
+        if name in self.shown:
+            return " - ".join(map(self.symbol, name.split("-")))
         if one := numbered(name):
             return f"{_SYMBOLS[one.what]}{str(one.place).translate(SUBSCRIPTS)}"
         return _SYMBOLS[name]
 
     def words(self, name: str) -> str:
         """Return the name of a number, with its stop."""
-        if name in self.coordinates:
+        if name in self.coordinates or name in self.shown:
             return ""
         if name in _WORDS:
             return _WORDS[name][1]
@@ -307,3 +312,16 @@ class StructureNumbers(Machine):
     def curve_count(self) -> int:
         """How many coordinates the time history draws."""
         return min(_CURVES, self.base.coordinates)
+
+
+def looked_at(shown: str) -> Combination:
+    """Return what is looked at under a name such as ``q1`` or ``q0-q1``."""
+    return Combination(
+        tuple((-1 if later else 1, int(name[1:])) for later, name in enumerate(shown.split("-")))
+    )
+
+
+def _difference(normal: Array) -> str:
+    """Return the name of a row on which stops act, if it is a difference of two coordinates."""
+    at = np.flatnonzero(normal).tolist()
+    return f"q{at[0]}-q{at[1]}" if normal[at].tolist() == [1.0, -1.0] else ""

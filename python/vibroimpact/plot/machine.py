@@ -111,7 +111,7 @@ def machine(
     if isinstance(system, Structure):
         return structure_machine(system, positions_of(system, state), turned, ax)
     system = expected("system", system, System)
-    rows = np.array([_state(state)])
+    rows = np.array([_state(state, "state")])
     ax = new_axes(ax)
     Stage(ax, system, rows, rows[:0]).show(rows[0], phase=turned)
     return ax

@@ -17,7 +17,7 @@ from matplotlib.patches import FancyArrowPatch, Rectangle
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ..arguments import reject
+from ..arguments import reject, starts
 from ..showing import counted
 from ..stop import Stop, row_words
 from ..structure import Structure
@@ -326,7 +326,7 @@ def positions_of(structure: Structure, state: Any) -> Array:
     ParameterError
         For several states.
     """
-    states = structure._starts(state)
+    states = starts(state, structure.coordinates, "state")
     if states.ndim != 2:
         reject("state", state, f"one state, rows q and v of shape (2, {structure.coordinates})")
     q: Array = states[0]
