@@ -283,7 +283,7 @@ def test_a_hidden_contact_is_found(shift, verdict):
 
 @pytest.mark.parametrize(
     ("name", "why"),
-    [("7c_0.25", "chatter"), ("plastic", "contact"), ("no_impact", "without impacts")],
+    [("7c_0.25", "chatter"), ("plastic", "contact")],
 )
 def test_what_is_left_open_says_why(name, why):
     proof = vi.prove(reference_motion(name))
@@ -292,6 +292,71 @@ def test_what_is_left_open_says_why(name, why):
     assert proof.box is None
     with pytest.raises(vi.ParameterError, match="undecided"):
         proof.save("motion.json")
+
+
+@pytest.mark.parametrize("contact", ["oblique", "direct"])
+def test_a_motion_without_impacts(contact, tmp_path):
+    system = PAPER.replace(
+        gap=4.0, damping=(0.05, 0.05), force_amplitude=0.3, phase=0.4, contact=contact
+    )
+    motion = vi.simulate(system, initial=START, periods=600, keep=100).refine()
+    proof = vi.prove(motion)
+    assert (proof.verdict, proof.label, proof.stability) == ("proved", "1-0", "stable")
+    assert "no stop. At t = 0" in proof.statement
+    # The steady state of each oscillator, and exp(lambda T) of each root of its equation.
+    omega = system.drive_frequency
+    roots = []
+    for place, (own, zeta, load) in enumerate(((2.0, 0.05, 1.0), (1.0, 0.05, 0.3))):
+        steady = load * np.exp(0.4j) / (own**2 - omega**2 + 2j * zeta * own * omega)
+        close = {"rtol": 0, "atol": 1e-13}
+        np.testing.assert_allclose(proof.box.center[0, place], steady.real, **close)
+        np.testing.assert_allclose(
+            proof.box.center[0, 2 + place], (1j * omega * steady).real, **close
+        )
+        root = own * (-zeta + 1j * np.sqrt(1 - zeta**2))
+        roots += [np.exp(x * system.drive_period) for x in (root, root.conjugate())]
+    for root in roots:
+        assert sum(abs(disc.center - root) < 1e-13 for disc in proof.multipliers) == 1
+    proof.save(tmp_path / "free.json")
+    assert vi.check_proof(tmp_path / "free.json").statement == proof.statement
+
+
+def test_a_free_motion_that_would_pass_a_stop_is_none():
+    from vibroimpact.proof.certificate import examine
+
+    system = PAPER.replace(gap=2.0, damping=(0.05, 0.05))
+    motion = vi.simulate(system, initial=START, periods=600, keep=100).refine()
+    given = copy.deepcopy(dict(vi.prove(motion).certificate))
+    given["machine"]["numbers"]["delta"] = "1p-2"
+    found = examine(given)
+    assert (found.verdict, found.solved) == ("disproved", True)
+    assert "stop 0 is met" in found.why
+    # At resonance without damping there is none.
+    given["machine"]["numbers"] |= {
+        "delta": "2p0",
+        "zeta1": "0p0",
+        "omega0": "9p-3",
+        "omega": "9p-3",
+    }
+    found = examine(given)
+    assert (found.verdict, found.solved) == ("disproved", False)
+    given["m"] = 2
+    with pytest.raises(vi.ProofError):
+        examine(given)
+
+
+def test_a_free_motion_of_a_structure():
+    system = vi.Structure(
+        [[1]],
+        [[1]],
+        [vi.Stop([1], 3.0, 0.8)],
+        damping_ratios=[0.05],
+        drive_amplitude=[1],
+        drive_frequency=2.0,
+        phase=0.3,
+    )
+    proof = vi.prove(vi.simulate(system, initial=[[0], [0]], periods=200, keep=50).refine())
+    assert (proof.verdict, proof.label, proof.stability) == ("proved", "1-0", "stable")
 
 
 def test_the_law_of_the_paper_is_left_open():

@@ -77,7 +77,7 @@ def prove(
     Returns
     -------
     Proof
-        With its verdict. Motions with complete chatter, sustained contact, or without impacts are
+        With its verdict. Motions with complete chatter, or with sustained contact are
         ``"undecided"``.
     SolutionsProof
         Of all n-1 motions: that there are no others, and a proof for each.

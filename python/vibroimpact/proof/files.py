@@ -18,6 +18,7 @@ from ..whole_file import whole_file
 from .certificate import Finding, agrees, exact, examine
 from .result import Disc, Proof, ProofBox
 from .statement import statement
+from .verifier import CIRCUIT
 
 FORMAT = "vibroimpact proof 1"
 #: Keys of a file: what poses the problem, and what is claimed.
@@ -51,7 +52,7 @@ def proof_of(posed: Mapping[str, Any], found: Finding) -> Proof:
 
 
 def _label(posed: Mapping[str, Any]) -> str:
-    return f"{posed['m']}-{len(posed['legs'])}"
+    return f"{posed['m']}-{sum(regime != CIRCUIT[1] for _, regime in posed['legs'])}"
 
 
 def _radius(disc: acb) -> arb:

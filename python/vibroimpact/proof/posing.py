@@ -14,6 +14,7 @@ from ..structure_motion import StructureOrbit
 from ..system import SYMBOLS, System
 from ..verification.structure_motion import exact_structure
 from .files import text
+from .verifier import CIRCUIT
 
 AnyMotion = PeriodicMotion | StructureOrbit
 
@@ -70,8 +71,11 @@ def _rows(matrix: Any) -> list[list[str]]:
     return [[text(x) for x in row] for row in matrix.tolist()]
 
 
-def legs_of(motion: AnyMotion) -> list[list[Any]] | str:
-    """The legs as certificates write them, or why there is no proof of such a motion."""
+def legs_of(motion: AnyMotion, *, free: bool = False) -> list[list[Any]] | str:
+    """The legs as certificates write them, or why there is no proof of such a motion.
+
+    `free`: whether one without impacts will do.
+    """
     if motion.system.law == "paper":
         return "the law of the paper is not proved with"
     if not motion.legs:
@@ -79,7 +83,7 @@ def legs_of(motion: AnyMotion) -> list[list[Any]] | str:
     legs = []
     for leg in motion.legs:
         if leg.kind is LegKind.CIRCUIT:
-            return "a motion without impacts is not proved"
+            return [list(CIRCUIT)] if free else "a motion without impacts is not proved"
         if leg.kind is LegKind.CHATTER:
             return "complete chatter is not proved"
         if leg.regime is None:
@@ -91,6 +95,10 @@ def legs_of(motion: AnyMotion) -> list[list[Any]] | str:
 def nodes_of(motion: AnyMotion) -> NDArray[np.float64]:
     """The nodes as certificates have them, (legs, 2N + 1): q, v, and t from 0 to m T."""
     system, nodes = motion.system, np.array(motion.nodes)
+    if motion.legs[0].kind is LegKind.CIRCUIT:  # its state at t = 0
+        if isinstance(motion, PeriodicMotion):  # x1, v1, v2, x2
+            nodes = nodes[:, [0, 1] if motion.wall_at_rest else [0, 3, 1, 2]]
+        return np.column_stack([nodes, np.zeros(1)])
     times = nodes[:, -1] + np.array(motion.clocks) * system.drive_period
     if not isinstance(motion, PeriodicMotion):
         return np.column_stack([nodes[:, :-1], times])

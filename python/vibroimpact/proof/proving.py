@@ -32,7 +32,7 @@ _WIDEST, _NARROWEST, _WIDENINGS = 0.25, 24, 8
 
 def proved(motion: AnyMotion) -> Proof:
     """What can be shown of a motion."""
-    legs = legs_of(motion)
+    legs = legs_of(motion, free=True)
     if isinstance(legs, str):
         return Proof(verdict="undecided", why=legs, label=motion.label)
     problem = {"machine": machine_in_text(motion), "m": motion.m, "legs": legs}

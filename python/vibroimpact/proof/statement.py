@@ -10,6 +10,7 @@ from typing import Any
 from ..showing import counted
 from .certificate import exact
 from .result import Disc, Proof
+from .verifier import CIRCUIT
 
 #: Impacts, and rows of matrices, that are printed.
 _MOST = 4
@@ -40,13 +41,20 @@ def statement(proof: Proof) -> str:
             else "their conditions have no solution there"
         )
         return f"Theorem. {machine} {none} and regimes {_regimes(given)}: {why}.\n{_nodes(proof)}."
-    parts = [
-        f"Theorem. {machine} It has a motion that repeats after {periods} with {count}, and meets "
-        f"no stop at any other time. Regimes: {_regimes(given)}. Just after the impacts its state "
-        f"is\n{_nodes(proof)}.",
-        "No other solution with the same order of impacts and regimes lies within "
-        f"{within} of these numbers.",
-    ]
+    if given["legs"][0][1] == CIRCUIT[1]:
+        parts = [
+            f"Theorem. {machine} It has a motion that repeats after {periods} and meets no stop. "
+            f"At t = 0 its state is\n{_nodes(proof)}.",
+            f"No other motion without impacts lies within {within} of these numbers.",
+        ]
+    else:
+        parts = [
+            f"Theorem. {machine} It has a motion that repeats after {periods} with {count}, and "
+            f"meets no stop at any other time. Regimes: {_regimes(given)}. Just after the impacts "
+            f"its state is\n{_nodes(proof)}.",
+            "No other solution with the same order of impacts and regimes lies within "
+            f"{within} of these numbers.",
+        ]
     if proof.stability == "stable":
         parts.append("It is asymptotically stable: all multipliers lie inside the unit circle.")
     elif proof.stability == "unstable":

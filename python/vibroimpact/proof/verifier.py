@@ -141,7 +141,7 @@ def only_zero(orbit: Orbit, box: Sequence[arb]) -> list[arb]:
         raise Undecided("Krawczyk's operator does not contract")
     for _ in range(_NARROWER):
         closer = krawczyk(orbit, image, near)
-        if not inside(closer, image):
+        if not sum(x.rad() for x in closer) < sum(x.rad() for x in image) / 2:
             break
         image = closer
     return image
