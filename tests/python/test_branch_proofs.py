@@ -1,33 +1,72 @@
 """Proofs over a range of a parameter: what they cover, enclose and refuse."""
 
+import copy
 import json
 from functools import cache
 
+import numpy as np
 import pytest
 
+import altered_certificates
+import repository
 import sizes
 import vibroimpact as vi
 
-pytest.importorskip("flint")
+flint = pytest.importorskip("flint")
+walking = pytest.importorskip("vibroimpact.proof.walking")
 
 START = (0, 0.5, 0, 0)
-KNOWN = [("saddle_node", 3), ("period_doubling", 4), ("neimark_sacker", 6)]
+KNOWN = {"mass_ratio": 0.6, "frequency_ratio": 2, "restitution": 0.8, "gap": 0.5}
+FOLDER = repository.root() / "python" / "vibroimpact" / "proof"
+TRUSTED = ("along", "tube", "special", "chain")
 
 
 @cache
-def branch(damping: float = 0.0, low: float = 1.5, high: float = 1.9) -> vi.Branch:
+def branch(damping: float = 0.0, low: float = 1.5, high: float = 1.9, friction: float = 0.0):
     """The 1-1 motions of the paper's system over the drive's frequency."""
-    damped = {"pendulum_damping": damping, "oscillator_damping": damping}
-    known = {"mass_ratio": 0.6, "frequency_ratio": 2, "restitution": 0.8, "gap": 0.5}
-    system = vi.System(**known, drive_frequency=1.8, moment_amplitude=1, **damped)
+    system = vi.System(
+        **KNOWN,
+        drive_frequency=1.8,
+        moment_amplitude=1,
+        damping=(damping, damping),
+        friction=friction,
+    )
     motion = vi.simulate(system, initial=START, periods=600, keep=100).refine()
     return motion.follow(drive_frequency=(low, high))
 
 
 @cache
-def damped_proof() -> vi.BranchProof:
+def damped_proof():
     """One that is stable throughout."""
     return vi.prove(branch(0.05, 1.797, 1.803))
+
+
+@cache
+def gap_branch():
+    """A branch of a structure over the place of its stop."""
+    structure = vi.Structure(
+        [[1, 0], [0, 1]],
+        [[2, -1], [-1, 2]],
+        [vi.Stop([0, 1], 0.3, 0.7)],
+        damping_ratios=[0.05, 0.05],
+        drive_amplitude=[1, 0],
+        drive_frequency=1.3,
+    )
+    motion = vi.simulate(structure, initial=np.zeros((2, 2)), periods=600, keep=100).refine()
+    return motion.follow(gap_0=(0.29, 0.31))
+
+
+@cache
+def gap_proof():
+    """Two masses and one stop, over a short range."""
+    return vi.prove(gap_branch(), within=(0.2999, 0.3001))
+
+
+@cache
+def turned_proof():
+    """From the saddle-node of the undamped system to its period doubling, on both sides."""
+    turn, doubling = (branch().bifurcations[k].value for k in (3, 4))
+    return vi.prove(branch(), within=(turn - 1e-7, doubling + 1e-6))
 
 
 def test_a_damped_branch_is_stable_over_all_of_a_range():
@@ -39,69 +78,241 @@ def test_a_damped_branch_is_stable_over_all_of_a_range():
     assert "there is exactly one" in proof.statement
 
 
-@pytest.mark.parametrize(("kind", "place"), sizes.either(KNOWN[-1:], KNOWN))
-def test_bifurcations_are_enclosed(kind, place):
-    known = branch().bifurcations[place]
-    assert str(known.kind) == kind
-    around = (known.value - 1e-6, known.value + 1e-6)
-    proof = vi.prove(branch(), within=around, max_tubes=200)
-    found = [one for one in proof.bifurcations if one.kind == kind]
-    assert any(one.lo - 1e-12 <= known.value <= one.hi + 1e-12 for one in found)
-    assert all(one.hi - one.lo < 1e-6 for one in found)
+def test_what_is_proved_agrees_with_the_branch():
+    """Motions of the branch, each proved by itself, lie where the tubes say."""
+    motions = branch(0.05, 1.797, 1.803).at(drive_frequency=1.8001)
+    (stretch,) = damped_proof().stretches
+    assert stretch.lo < 1.8001 < stretch.hi
+    assert [vi.prove(motion).stability for motion in motions] == [stretch.stability]
+
+
+def test_a_saddle_node_is_turned_around():
+    """It is one point; up to it there are two motions of this curve, and behind it none."""
+    proof = turned_proof()
+    turn = branch().bifurcations[3].value
+    (found,) = [one for one in proof.bifurcations if one.kind == "saddle_node"]
+    assert found.single
+    assert found.hi - found.lo < 1e-14
+    assert abs(found.lo - turn) < 1e-9
+    ends = [one for one in proof.stretches if abs(one.lo - found.hi) < 1e-14]
+    assert {one.stability for one in ends} == {"stable", "unstable"}
+    assert {one.verdict for one in ends} == {"proved"}
+    assert not proof.uncovered
+
+
+def test_a_period_doubling_ends_stability():
+    proof = turned_proof()
+    doubling = branch().bifurcations[4].value
+    (found,) = [one for one in proof.bifurcations if one.kind == "period_doubling"]
+    assert found.single
+    assert found.hi - found.lo < 1e-14
+    assert abs(found.lo - doubling) < 1e-9
+    (before,) = [one for one in proof.stretches if abs(one.hi - found.lo) < 1e-14]
+    (after,) = [
+        one
+        for one in proof.stretches
+        if abs(one.lo - found.hi) < 1e-14 and one.stability == "unstable"
+    ]
+    assert (before.stability, after.stability) == ("stable", "unstable")
+
+
+def test_a_neimark_sacker_bifurcation_is_enclosed():
+    known = branch().bifurcations[6]
+    assert str(known.kind) == "neimark_sacker"
+    proof = vi.prove(branch(), within=(known.value - 1e-6, known.value + 1e-6))
+    (found,) = proof.bifurcations
+    assert (found.kind, found.single) == ("neimark_sacker", False)
+    assert found.lo - 1e-12 <= known.value <= found.hi + 1e-12
+    assert found.hi - found.lo < 1e-8
+    (left,) = proof.uncovered
+    assert (left.why, left.lo >= found.lo, left.hi <= found.hi) == ("stability", True, True)
+
+
+def test_a_border_between_regimes_is_a_zero_of_its_condition():
+    """Slip that goes on, and slip that reverses: both sequences are proved up to the border."""
+    found = branch(0.0, 1.5, 2.5, 0.1)
+    border = next(x.value for x in found.bifurcations if abs(x.value - 2.38089) < 1e-4)
+    proof = vi.prove(found, within=(border - 1e-5, border + 1e-5))
+    assert [(x.kind, x.single) for x in proof.bifurcations] == [("regime_border", True)] * 2
+    assert all(x.lo - 1e-9 <= border <= x.hi + 1e-9 for x in proof.bifurcations)
+    assert all(x.hi - x.lo < 1e-14 for x in proof.bifurcations)
+    motions = [x for x in proof.stretches if x.verdict == "proved"]
+    assert min(x.lo for x in motions) == border - 1e-5
+    assert max(x.hi for x in motions) == border + 1e-5
+    assert {x.why for x in proof.stretches if x.verdict == "disproved"} == {
+        "leg 1: slip stops",
+        "leg 1: slip goes on",
+    }
+
+
+def test_friction():
+    proof = vi.prove(branch(0.0, 1.78, 1.82, 0.5), within=sizes.either((1.8, 1.801), (1.78, 1.82)))
+    assert [(x.verdict, x.stability) for x in proof.stretches] == [("proved", "stable")]
+    assert not proof.uncovered
+
+
+@pytest.mark.skipif(not sizes.THOROUGH, reason="a longer range")
+def test_longer_ranges():
+    (stretch,) = vi.prove(branch(0.05, 1.75, 1.85)).stretches
+    assert (stretch.lo, stretch.hi, stretch.stability) == (1.75, 1.85, "stable")
+    proof = vi.prove(branch(0.0, 1.75, 1.85))
+    assert [x.kind for x in proof.bifurcations] == ["neimark_sacker"]
+
+
+def test_a_branch_of_a_structure():
+    proof = gap_proof()
+    (stretch,) = proof.stretches
+    assert (stretch.lo, stretch.hi, stretch.stability) == (0.2999, 0.3001, "stable")
+    assert (proof.parameter, proof.uncovered) == ("gap_0", ())
 
 
 def test_a_cap_leaves_the_rest_uncovered():
     proof = vi.prove(branch(0.05, 1.797, 1.803), max_tubes=1)
     assert any("max_tubes" in one.why for one in proof.uncovered)
     assert max(one.hi for one in proof.uncovered) == 1.803
+    shown = max((one.hi for one in proof.stretches), default=1.797)
+    assert min(one.lo for one in proof.uncovered) <= shown
 
 
-def test_a_branch_of_a_structure():
-    stop = vi.Stop([1], 0.2, 0.8)
-    structure = vi.Structure(
-        [[1]], [[1]], [stop], drive_amplitude=[1], drive_frequency=1.4, damping_ratios=[0.05]
-    )
-    motion = vi.simulate(structure, initial=[[0], [0]], periods=600, keep=100).refine()
-    for name, value in (("drive_frequency", 1.4), ("gap_0", 0.2)):
-        found = motion.follow(**{name: (value - 0.005, value + 0.005)})
-        proof = vi.prove(found)
-        assert proof.stretches
-        assert {one.stability for one in proof.stretches} == {"stable"}
-        assert not proof.uncovered
+def test_an_interrupt_keeps_the_tubes_so_far(monkeypatch):
+    whole, asked = walking.tube_from, []
 
+    def tube_from(*arguments):
+        asked.append(arguments)
+        if len(asked) > 3:
+            raise KeyboardInterrupt
+        return whole(*arguments)
 
-def test_certificates_are_verified_anew_and_altered_ones_fail(tmp_path):
-    path = tmp_path / "branch.json"
-    proof = damped_proof()
-    proof.save(path)
-    again = vi.check_proof(path)
-    assert (again.stretches, again.uncovered) == (proof.stretches, proof.uncovered)
-    good = json.loads(path.read_text())
-
-    def altered(change):
-        content = json.loads(json.dumps(good))
-        change(content)
-        path.write_text(json.dumps(content))
-        with pytest.raises(vi.ProofError):
-            vi.check_proof(path)
-
-    tubes = good["pieces"][0]["tubes"]
-    assert len(tubes) > 3
-    altered(lambda x: x["pieces"][0]["tubes"].pop(2))  # two tubes that do not meet
-    altered(lambda x: x["pieces"][0]["tubes"].reverse())
-    altered(lambda x: x["pieces"][0]["tubes"][1]["line"][0].__setitem__(0, "1p0"))
-    altered(lambda x: x["pieces"][0]["tubes"][1].update(half="1p0"))
-    altered(lambda x: x["pieces"][0]["tubes"][1].update(until="1p-60"))
-    altered(lambda x: x["pieces"][0]["tubes"].pop())  # the claim is then of more
-    altered(lambda x: x["machine"]["numbers"].update(r="1p0"))
-    altered(lambda x: x["claims"]["stretches"][0].__setitem__(3, "unstable"))
-    altered(lambda x: x["claims"]["stretches"][0].__setitem__(1, "2p0"))
-    altered(lambda x: x["claims"]["bifurcations"].append(["1p0", "2p0", "saddle_node", 0]))
-    altered(lambda x: x.update(parameter="gap"))
-    altered(lambda x: x.update(statement="Theorem."))
+    monkeypatch.setattr(walking, "tube_from", tube_from)
+    with pytest.raises(vi.Interrupted) as caught:
+        vi.prove(branch(0.05, 1.797, 1.803))
+    proof = caught.value.result
+    assert len(proof.certificate["pieces"][0]["tubes"]) == 3
+    assert [one.stability for one in proof.stretches] == ["stable"]
+    assert [one.why for one in proof.uncovered] == ["interrupted"]
 
 
 @pytest.mark.parametrize("within", [(1.0, 2.0), (1.8, 1.8), 1.8, (float("nan"), 1.8)])
 def test_bad_ranges_are_refused(within):
     with pytest.raises(vi.ParameterError, match="within"):
         vi.prove(branch(0.05, 1.797, 1.803), within=within)
+
+
+def test_only_a_branch_has_a_range():
+    motion = branch(0.05, 1.797, 1.803).pieces[0].motion(0)
+    with pytest.raises(vi.ParameterError, match="within"):
+        vi.prove(motion, within=(1.0, 2.0))
+
+
+# Certificates.
+
+
+def retold(content):
+    """A certificate whose statement says what it claims."""
+    from vibroimpact.proof.branch_files import _proof_from
+    from vibroimpact.proof.branch_statement import branch_statement
+    from vibroimpact.proof.chain import Shown
+
+    posed = {key: value for key, value in content.items() if key not in ("format", "statement")}
+    none = [Shown([], [], []) for _ in content["pieces"]]
+    return content | {"statement": branch_statement(_proof_from(posed, none))}
+
+
+def saved(proof, path):
+    proof.save(path)
+    return json.loads(path.read_text())
+
+
+def is_refused(content, path):
+    path.write_text(json.dumps(content))
+    try:
+        vi.check_proof(path)
+    except vi.ProofError:
+        return True
+    return False
+
+
+@pytest.mark.parametrize("proof", [damped_proof, gap_proof, turned_proof])
+def test_a_certificate_is_verified_anew(proof, tmp_path):
+    path = tmp_path / "branch.json"
+    saved(proof(), path)
+    again = vi.check_proof(path)
+    assert again.statement == proof().statement
+    assert again.stretches == proof().stretches
+    assert again.bifurcations == proof().bifurcations
+    assert again.uncovered == proof().uncovered
+
+
+def test_claims_of_more_than_is_shown_are_refused(tmp_path):
+    """Even where the statement says the same."""
+    path = tmp_path / "branch.json"
+    good = saved(turned_proof(), path)
+    assert good == retold(copy.deepcopy(good))
+
+    def claims(content):
+        return content["claims"]["stretches"], content["claims"]["bifurcations"]
+
+    changes = [
+        lambda x: claims(x)[0][0].__setitem__(3, "stable"),
+        lambda x: claims(x)[0][0].__setitem__(2, "disproved"),
+        lambda x: claims(x)[0][0].__setitem__(1, "2p0"),
+        lambda x: claims(x)[0].append(["1p0", "3p-1", "proved", "stable", "", 0]),
+        lambda x: claims(x)[1][0].__setitem__(2, "neimark_sacker"),
+        lambda x: claims(x)[1][0].__setitem__(1, claims(x)[1][0][0]),
+        lambda x: claims(x)[1].append(["1p0", "3p-1", "saddle_node", True, 0]),
+        lambda x: [piece["specials"].clear() for piece in x["pieces"]],
+        lambda x: [piece["tubes"].pop() for piece in x["pieces"]],
+        lambda x: [piece["tubes"].reverse() for piece in x["pieces"]],
+        lambda x: x["pieces"][-1]["specials"][0].update(kind="grazing"),
+        lambda x: x.update(parameter="gap"),
+        lambda x: x.update(place=["delta"], parameter="gap"),
+        lambda x: x["machine"]["numbers"].update(r="1p0"),
+    ]
+    for change in changes:
+        content = copy.deepcopy(good)
+        change(content)
+        assert content != good
+        assert is_refused(retold(content), path)
+
+
+def test_altered_certificates_are_refused_or_state_the_same(tmp_path):
+    """What passes has another tube about the same motions, and claims what was shown before."""
+    path = tmp_path / "branch.json"
+    good = saved(gap_proof(), path)
+    random, refused, places = np.random.default_rng(3), 0, altered_certificates.places(good)
+    by_part = {}
+    for place in places:
+        by_part.setdefault(place[0] if place[0] != "pieces" else place[3:4], []).append(place)
+    parts = list(by_part.values())
+    for _ in range(sizes.either(160, 2000)):
+        content = copy.deepcopy(good)
+        part = parts[random.integers(len(parts))]
+        place = part[random.integers(len(part))]
+        owner, value = (altered_certificates.at(content, place[:k]) for k in (-1, len(place)))
+        if isinstance(value, str) and altered_certificates.is_number(value):
+            owner[place[-1]] = altered_certificates.changed(value, random)
+        elif isinstance(value, str):
+            others = altered_certificates.WORDS.get(value, [value[:-1]])
+            owner[place[-1]] = str(random.choice(others))
+        elif isinstance(value, bool) or value is None:
+            owner[place[-1]] = not value
+        else:
+            owner[place[-1]] = value + int(random.choice([-1, 1, 64]))
+        if content == good:
+            continue
+        if is_refused(content, path):
+            refused += 1
+        else:
+            assert vi.check_proof(path).statement == gap_proof().statement
+            assert content["claims"] == good["claims"]
+            assert content["machine"] == good["machine"]
+    assert refused > 100
+
+
+# What it rests on.
+
+
+def test_the_verifier_of_branches_can_be_read():
+    from test_proofs import lines_of_code
+
+    assert sum(lines_of_code(FOLDER / f"{name}.py") for name in TRUSTED) <= 600
