@@ -34,10 +34,18 @@ def test_solutions_that_are_no_motion_are_disproved(run_command):
         assert ("no motion" in line) == ("disproved" in line)
 
 
-def test_branches_and_a_file_for_a_folder_are_refused(run_command, tmp_path):
-    code, out, err = run_command(ORBITS + " --follow gap 0.4 0.5 --prove")
-    assert (code, out) == (2, "")
-    assert "--follow" in err
+def test_a_branch_is_proved(run_command, tmp_path):
+    folder = tmp_path / "proofs"
+    code, out, err = run_command(ORBITS + " --follow gap 0.499 0.501", "--proof-out", folder)
+    assert (code, err) == (0, "")
+    assert "For every gap in [0.499, 0.501] there is exactly one 1-1 solution" in out
+    path = folder / "0_branch.json"
+    code, again, err = run_command("check-proof", path)
+    assert (code, err) == (0, "")
+    assert again in out
+
+
+def test_a_file_for_a_folder_is_refused(run_command, tmp_path):
     (tmp_path / "file").write_text("")
     code, out, err = run_command(ORBITS, "--proof-out", tmp_path / "file")
     assert (code, out) == (2, "")

@@ -244,6 +244,8 @@ def _follow(request: shared.Request, system: System) -> ExitCode:
     branches.write(options, followed, (first, last), drawn)
     if followed.interrupted is not None:
         raise followed.interrupted
+    if proofs.wanted(options):
+        return max(followed.code, proofs.prove_branches(options, followed.branches))
     return followed.code
 
 

@@ -1,20 +1,25 @@
 """Proofs of the motions that `orbits` lists."""
 
 import argparse
+import functools
 from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import ParameterError
-from ..orbits import PeriodicMotion
-from ..proof import Proof, prove
+from ..orbits import Branch, PeriodicMotion
+from ..proof import BranchProof, Proof, prove
 from ..structure_motion import StructureOrbit
+from . import outputs
+from .exit_codes import ExitCode
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
     """Add the options with which `orbits` proves its motions."""
     group = command.add_argument_group("proof")
     group.add_argument(
-        "--prove", action="store_true", help="prove each motion in ball arithmetic (python-flint)"
+        "--prove",
+        action="store_true",
+        help="prove each motion, or the branch, in ball arithmetic (python-flint)",
     )
     group.add_argument(
         "--proof-out",
@@ -25,11 +30,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def check(options: argparse.Namespace) -> None:
-    """Refuse proofs of branches, and a place that is no folder, before any work."""
+    """Refuse a place that is no folder, before any work."""
     if not wanted(options):
         return
-    if options.follow is not None:
-        raise ParameterError("--prove and --proof-out go without --follow")
     folder = options.proof_out
     if folder is not None and folder.exists() and not folder.is_dir():
         raise ParameterError(f"--proof-out {folder}: not a folder")
@@ -38,6 +41,29 @@ def check(options: argparse.Namespace) -> None:
 def wanted(options: argparse.Namespace) -> bool:
     """Whether motions are to be proved."""
     return bool(options.prove or options.proof_out is not None)
+
+
+def prove_branches(options: argparse.Namespace, branches: Sequence[Branch]) -> ExitCode:
+    """Prove branches, print what is shown and what is open, and write certificates."""
+    stream, code = outputs.summary_stream(options), ExitCode.DONE
+    for number, branch in enumerate(branches):
+        if all(len(piece.values) < 2 for piece in branch.pieces):
+            continue
+        found, interrupted = outputs.partial_on_interrupt(functools.partial(_proved, branch))
+        print(f"\n{found.statement}", file=stream)
+        for left in found.uncovered:
+            print(f"open from {left.lo!r} to {left.hi!r}: {left.why}", file=stream)
+            code = ExitCode.INCOMPLETE
+        if options.proof_out is not None and found.stretches:
+            options.proof_out.mkdir(parents=True, exist_ok=True)
+            found.save(options.proof_out / f"{number}_branch.json")
+        if interrupted is not None:
+            raise interrupted
+    return code
+
+
+def _proved(branch: Branch) -> BranchProof:
+    return prove(branch)
 
 
 class Proving:

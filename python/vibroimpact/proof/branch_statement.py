@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..showing import counted
 from .branch_result import BranchProof
 from .statement import machine_sentence
 
@@ -28,11 +29,9 @@ def branch_statement(proof: BranchProof) -> str:
     name, claims = proof.parameter, proof.certificate["claims"]
     curves = sorted({row[-1] for row in claims["stretches"]})
     parts = [
-        f"Theorem. {machine_sentence(proof.certificate['machine'])} Now let {name} vary, with all "
-        "other numbers as they are. "
-        + ("The solutions" if len(curves) == 1 else f"On {len(curves)} curves the solutions")
-        + " of the conditions of periodicity form one smooth curve each; the tubes of the "
-        "certificate around it hold no other one with the same order of impacts and regimes."
+        f"Theorem. {machine_sentence(_fixed(proof.certificate))} Let {name} vary. Solutions of the "
+        f"conditions of periodicity form {counted(len(curves), 'smooth curve')}, and the tubes of "
+        "the certificate hold no other one with the same order of impacts and regimes."
     ]
     for one, row in list(zip(proof.stretches, claims["stretches"], strict=True))[:_MOST]:
         told = {
@@ -55,6 +54,16 @@ def branch_statement(proof: BranchProof) -> str:
     if more:
         parts.append(f"And {more} more, which the certificate lists.")
     return "\n".join(parts)
+
+
+def _fixed(certificate: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The machine without the number that varies."""
+    machine: Mapping[str, Any] = certificate["machine"]
+    if machine["kind"] == "structure":
+        return machine
+    (symbol,) = certificate["place"]
+    others = {name: x for name, x in machine["numbers"].items() if name != symbol}
+    return {**machine, "numbers": others}
 
 
 def _curve(row: Sequence[Any], curves: Sequence[int]) -> str:
