@@ -38,8 +38,8 @@ _THIN, _WIDENINGS, _ROOM, _OVERLAP = 2.0**-12, 3, 1.5, 1.25
 _STEPS, _SMALL = 12, 1e-22
 #: How far outside a range points begin, as a part of a step.
 _BEFORE = 0.01
-#: Shorter tubes that are tried for a verdict.
-_TRIES = 20
+#: Shorter tubes that are tried for a verdict; tubes after which it is tried again.
+_TRIES, _PAUSE = 20, 6
 #: Tubes beyond the last point; how far ahead it is looked for, in half lengths of a tube.
 _MOST_BEYOND, _AHEAD = 8, 4.0
 #: Attempts at a narrower one, and its least radius as a power of 2 of the half length.
@@ -202,7 +202,8 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
     y = corrected(family, exact(points[0]), direction)
     direction = direction_at(family, y, direction)
     least = _SHORTEST * length
-    half, longest, before, beyond, tries = _FIRST * length, length, None, 0, _TRIES
+    half, longest, before, beyond = _FIRST * length, length, None, 0
+    tries, pause = _TRIES, 0
     while True:
         tube, found, half = tube_from(family, y, direction, half, least)
         lo = -tube.half if before is None else tube.place(before)
@@ -217,8 +218,9 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
         if dark > _OPEN * half and half > _FINEST * length and tries:
             longest, half, tries = half, half / 2, tries - 1
             continue
-        # where the verdict stays open it is asked less often
-        tries = 1 if dark > _OPEN * half else _TRIES
+        # where the verdict stays open some longer tubes are taken as they are
+        pause = _PAUSE if dark > _OPEN * half and tries else pause - 1
+        tries = 0 if pause > 0 else _TRIES
         yield Step(tube, hi, told)
         before = point_at(family, tube, found, hi)
         direction = np.array([float(x.mid()) for x in tube.coefficients(hi, 1)])
@@ -231,4 +233,4 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
             return
         # a tube that was too long is tried again some time later
         longest *= 1.1
-        half = min(1.5 * half, 0.8 * longest, _LONGEST * length)
+        half = min(1.5 * half, 0.8 * longest if tries else length, _LONGEST * length)
