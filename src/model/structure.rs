@@ -87,10 +87,22 @@ pub(crate) struct Mode {
     pub decay_rate: f64,
     /// phi, (N,).
     pub shape: Vec<f64>,
-    /// M phi, (N,): p = (M phi) . q.
-    pub row: Vec<f64>,
+    /// M phi, (N,): p = (M phi) . q. To 32 digits: p may be small beside its terms.
+    pub row: Vec<DoubleDouble>,
     pub drive: Complex<f64>,
     pub load: f64,
+}
+
+impl Mode {
+    /// p = (M phi) . x, in plain sums.
+    pub fn along(&self, x: &[f64]) -> f64 {
+        self.row.iter().zip(x).map(|(m, x)| m.hi * x).sum()
+    }
+
+    /// The same, in twice the digits.
+    pub fn along_exactly(&self, x: &[f64]) -> DoubleDouble {
+        self.row.iter().zip(x).fold(DoubleDouble::ZERO, |sum, (m, &x)| sum + m.scale(x))
+    }
 }
 
 /// Builder of a [`Structure`].
@@ -241,7 +253,7 @@ impl StructureBuilder {
         let modes = (0..count).zip(decay_rates).map(|(i, decay_rate)| {
             let on = |vector: &[f64]| {
                 let terms = found.shapes[i].iter().zip(vector);
-                terms.fold(DoubleDouble::ZERO, |sum, (&s, &x)| sum + s.scale(x)).value()
+                terms.fold(DoubleDouble::ZERO, |sum, (&s, &x)| sum + s.scale(x))
             };
             Mode {
                 frequency: found.frequencies[i],
@@ -251,8 +263,8 @@ impl StructureBuilder {
                     || self.mass.iter().map(|row| on(row)).collect(),
                     |known| known.modes[i].row.clone(),
                 ),
-                drive: Complex::new(on(&re), on(&im)),
-                load: on(&load),
+                drive: Complex::new(on(&re).value(), on(&im).value()),
+                load: on(&load).value(),
             }
         });
         let modes = modes.collect();

@@ -43,18 +43,24 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// > |n q'| <= |n phi| |z(t)| <= |n phi| (|z(0)| + t |f|),   z = (w p, p'),
 ///
 /// as damping takes energy; a mode slower than a sixteenth of a radian per span counts as one of that.
+/// One coordinate is a mode of its own; damped beyond critical, at a rate c, its displacement p is a
+/// difference of terms of the size c |p| t.
 fn level(case: &Case, structure: &Structure, span: f64, coupled: bool) -> Level {
     let inertia = |of: &[f64]| -> Vec<f64> { case.mass.iter().map(|row| dot(row, of)).collect() };
     let (re, im): (Vec<f64>, Vec<f64>) = case.drive.iter().map(|f| (f.re, f.im)).unzip();
     let (q, v) = (inertia(&case.q), inertia(&case.v));
     let least = if coupled { 1.0 / (16.0 * span) } else { 0.0 };
     let mut size = case.gap.abs() + case.moving[0].abs();
-    let (mut each, mut all) = (0.0, [0.0f64; 5]);
+    let (mut each, mut all, mut beyond) = (0.0, [0.0f64; 5], 0.0);
     for (shape, w) in structure.shapes().iter().zip(structure.frequencies()) {
         let part = dot(shape, &case.normal);
         let (p, energy) = (dot(shape, &q), dot(shape, &v).hypot(w.max(least) * dot(shape, &q)));
         let force = [&re, &im, &case.load].map(|force| dot(shape, force));
         size += (part * p).abs();
+        if let [[damping]] = case.damping.iter().map(Vec::as_slice).collect::<Vec<_>>()[..] {
+            let rate = 0.5 * damping * shape[0] * shape[0];
+            beyond += if rate > w { part.abs() * rate * p.abs() } else { 0.0 };
+        }
         each += part.abs() * (energy + (force[0].hypot(force[1]) + force[2].abs()) * span);
         for (all, x) in all.iter_mut().zip([part, energy].into_iter().chain(force)) {
             *all = all.hypot(x);
@@ -62,7 +68,8 @@ fn level(case: &Case, structure: &Structure, span: f64, coupled: bool) -> Level 
     }
     let [part, energy, re, im, load] = all;
     let together = part * (energy + (re.hypot(im) + load) * span);
-    let rate = if coupled { together } else { each } + case.moving[0].abs() * case.frequency;
+    let moving = case.moving[0].abs() * case.frequency;
+    let rate = if coupled { together } else { each } + beyond + moving;
     Level::new(size, rate, case.touching)
 }
 
@@ -259,7 +266,8 @@ pub fn audit_structures(seed: u64, coupled: bool, count: u64) -> Structures {
         .reduce(Structures::default, Structures::merge)
 }
 
-fn judged(seed: u64, coupled: bool, index: u64) -> Structures {
+/// Judges flight `index` of a seed.
+pub fn judged(seed: u64, coupled: bool, index: u64) -> Structures {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(index);
     let case = draw(&mut rng, coupled);

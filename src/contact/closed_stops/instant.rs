@@ -64,16 +64,7 @@ impl<'a> Instant<'a> {
     pub fn new(structure: &'a Structure, clock: Clock, q: &[f64], v: &[f64]) -> Self {
         let omega = structure.drive_frequency();
         let on = |vector: &[f64]| {
-            let modes = structure.modes().iter();
-            modes
-                .map(|mode| {
-                    let terms = mode.row.iter().zip(vector);
-                    let sum = terms.fold(DoubleDouble::ZERO, |sum, (&m, &x)| {
-                        sum + DoubleDouble::product(m, x)
-                    });
-                    sum.value()
-                })
-                .collect()
+            structure.modes().iter().map(|mode| mode.along_exactly(vector).value()).collect()
         };
         let slip = |stop: &crate::model::Stop| match stop.tangent() {
             Some(tangent) => tangent

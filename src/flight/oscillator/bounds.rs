@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
-use super::{BodyFlight, Oscillator, Response};
+use super::{BodyFlight, Decay, Oscillator, Response};
 use crate::flight::Trig;
 
 /// Bounds of |x'|, |x''|, |x'''|, |x''''| during a local flight.
@@ -35,6 +35,16 @@ impl Oscillator {
     pub fn growth(&self, f: &BodyFlight) -> f64 {
         let [speed, acceleration, ..] = self.derivative_bounds(f);
         acceleration + 2.0 * self.equation.decay_rate * speed
+    }
+
+    /// By what the rounding of the displacement grows more than a bound of |x'| says: a (C - 1) and
+    /// b S, b = v + c a, nearly cancel where damping is beyond critical.
+    #[inline(always)]
+    pub fn speed_of_rounding(&self, f: &BodyFlight) -> f64 {
+        match self.decay {
+            Decay::Overdamped { .. } => self.equation.decay_rate * f.a.abs(),
+            _ => 0.0,
+        }
     }
 
     /// Amplitude of the difference between the steady responses of two bodies.

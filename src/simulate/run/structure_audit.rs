@@ -280,9 +280,8 @@ impl Auditor<'_> {
                     .modes()
                     .iter()
                     .map(|mode| {
-                        let rate: f64 = mode.row.iter().zip(&state.v).map(|(m, v)| m * v).sum();
                         let force = mode.drive.re * phase.cos - mode.drive.im * phase.sin;
-                        (mode.load + force) * rate
+                        (mode.load + force) * mode.along(&state.v)
                     })
                     .sum();
                 let (mut rubbed, mut pushed) = (0.0, 0.0);

@@ -184,8 +184,7 @@ impl Motion {
         let StructureState { q, v } = &leg.state;
         let (mut energy, mut loads) = (0.0, 0.0);
         for mode in structure.modes() {
-            let along = |of: &[f64]| mode.row.iter().zip(of).map(|(m, x)| m * x).sum::<f64>();
-            let (place, rate) = (mode.frequency.value() * along(q), along(v));
+            let (place, rate) = (mode.frequency.value() * mode.along(q), mode.along(v));
             energy += place * place + rate * rate;
             let load = mode.load.abs() + mode.drive.norm();
             loads += load * load;

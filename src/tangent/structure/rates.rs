@@ -68,14 +68,13 @@ impl Linearised {
     fn free_acceleration(&self, clock: Clock, state: &StructureState) -> Vec<f64> {
         let trig = self.drive().trig_at(clock);
         let modes = self.structure.modes();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let rates: Vec<f64> = modes.iter().map(|mode| dot(&mode.row, &state.v)).collect();
+        let rates: Vec<f64> = modes.iter().map(|mode| mode.along(&state.v)).collect();
         let mut acceleration = vec![0.0; state.q.len()];
         for (i, mode) in modes.iter().enumerate() {
             let square = mode.frequency.value().powi(2);
             let load = mode.load + mode.drive.re * trig.cos - mode.drive.im * trig.sin;
             let damped: f64 = (0..rates.len()).map(|j| self.damping[(i, j)] * rates[j]).sum();
-            let own = load - square * dot(&mode.row, &state.q) - damped;
+            let own = load - square * mode.along(&state.q) - damped;
             for (a, shape) in acceleration.iter_mut().zip(&mode.shape) {
                 *a += own * shape;
             }

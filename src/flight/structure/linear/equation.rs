@@ -107,7 +107,7 @@ impl Equation {
         let stiffness = Matrix::diagonal(&squares);
         let damping = structure.modal_damping();
         let shapes = Matrix::from_fn(count, count, |k, i| DoubleDouble::new(modes[i].shape[k]));
-        let to_modes = Matrix::from_fn(count, count, |i, k| DoubleDouble::new(modes[i].row[k]));
+        let to_modes = Matrix::from_fn(count, count, |i, k| modes[i].row[k]);
         let loads = Matrix::from_fn(count, LOADS, |i, j| {
             let of = [modes[i].load, 0.0, modes[i].drive.re, -modes[i].drive.im];
             DoubleDouble::new(of[j])

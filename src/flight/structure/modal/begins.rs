@@ -96,7 +96,8 @@ impl ModalMotion {
             let turn = Turn::new(flight.phases[i], 0.0, 0.0);
             let motion = oscillator.equation.motion_from(0.0, body.v, [body.x, 0.0], &turn);
             let [fourth, fifth, _] = oscillator.equation.higher(&motion);
-            let bounds = oscillator.derivative_bounds(body);
+            let mut bounds = oscillator.derivative_bounds(body);
+            bounds[0] += oscillator.speed_of_rounding(body);
             begins.push(ModeBegin {
                 x: body.x,
                 derivatives: [motion.rate, motion.acceleration, motion.jerk, fourth, fifth],

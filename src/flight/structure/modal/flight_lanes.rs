@@ -89,7 +89,7 @@ struct ModeLanes {
     /// The argument of the drive's complex amplitude.
     ahead: Trigs,
     /// M phi and phi by coordinate.
-    row: [Lanes; FEW],
+    row: [[Lanes; 2]; FEW],
     shape: [Lanes; FEW],
     phases: Trigs,
     bodies: BodyFlights,
@@ -129,12 +129,12 @@ impl ModeLanes {
     #[inline(always)]
     fn coordinates(&self, x: &[Lanes]) -> Lanes {
         let (mut sum, mut rest) = ([0.0; LANES], [0.0; LANES]);
-        for (row, x) in self.row.iter().zip(x) {
+        for ([row, lower], x) in self.row.iter().zip(x) {
             for j in 0..LANES {
                 let product = DoubleDouble::product(row[j], x[j]);
                 let added = DoubleDouble::sum(sum[j], product.hi);
                 sum[j] = added.hi;
-                rest[j] += added.lo + product.lo;
+                rest[j] += added.lo + (product.lo + lower[j] * x[j]);
             }
         }
         for j in 0..LANES {
@@ -241,7 +241,9 @@ impl FlightLanes {
             lanes.equations.set(j, &mode.oscillator.equation);
             lanes.ahead.set(j, &mode.ahead);
             for c in 0..shape.modes {
-                (lanes.row[c][j], lanes.shape[c][j]) = (of.row[c], of.shape[c]);
+                let [row, lower] = &mut lanes.row[c];
+                (row[j], lower[j]) = (of.row[c].hi, of.row[c].lo);
+                lanes.shape[c][j] = of.shape[c];
             }
         }
         for (lanes, stop) in self.stops.iter_mut().zip(&modal.stops) {

@@ -28,8 +28,8 @@ pub(super) struct Four {
     equations: FewEquations<FOUR>,
     /// Longest time for the Taylor series of the slowest, and of the fastest.
     short: [f64; 2],
-    /// M phi by coordinate.
-    rows: Vec<Lanes4>,
+    /// M phi by coordinate, to 32 digits.
+    rows: Vec<[Lanes4; 2]>,
 }
 
 /// How far four modes have turned, and decayed.
@@ -45,7 +45,7 @@ impl Four {
     /// All modes, and after the last one the drive.
     pub fn all(structure: &Structure, modes: &[ModeMotion]) -> Vec<Self> {
         let count = modes.len();
-        let none = Self { rows: vec![[0.0; FOUR]; count], ..Self::default() };
+        let none = Self { rows: vec![[[0.0; FOUR]; 2]; count], ..Self::default() };
         let mut fours = vec![none; count / FOUR + 1];
         for (four, modes) in fours.iter_mut().zip(modes.chunks(FOUR)) {
             for (j, mode) in modes.iter().enumerate() {
@@ -58,8 +58,8 @@ impl Four {
             four.short = [short.clone().fold(0.0, f64::max), short.fold(f64::INFINITY, f64::min)];
         }
         for (i, mode) in structure.modes().iter().enumerate() {
-            for (row, &number) in fours[i / FOUR].rows.iter_mut().zip(&mode.row) {
-                row[i % FOUR] = number;
+            for ([row, rest], number) in fours[i / FOUR].rows.iter_mut().zip(&mode.row) {
+                (row[i % FOUR], rest[i % FOUR]) = (number.hi, number.lo);
             }
         }
         fours[count / FOUR].damped[count % FOUR] = structure.drive_frequency();
@@ -82,7 +82,7 @@ impl Four {
     #[inline(always)]
     pub fn sums(&self, x: &[f64]) -> Lanes4 {
         let mut sum = [0.0; FOUR];
-        for (row, &x) in self.rows.iter().zip(x) {
+        for ([row, _], &x) in self.rows.iter().zip(x) {
             for j in 0..FOUR {
                 sum[j] += row[j] * x;
             }
@@ -94,12 +94,12 @@ impl Four {
     #[inline(always)]
     pub fn coordinates(&self, x: &[f64]) -> Lanes4 {
         let (mut sum, mut rest) = ([0.0; FOUR], [0.0; FOUR]);
-        for (row, &x) in self.rows.iter().zip(x) {
+        for ([row, lower], &x) in self.rows.iter().zip(x) {
             for j in 0..FOUR {
                 let product = DoubleDouble::product(row[j], x);
                 let added = DoubleDouble::sum(sum[j], product.hi);
                 sum[j] = added.hi;
-                rest[j] += added.lo + product.lo;
+                rest[j] += added.lo + (product.lo + lower[j] * x);
             }
         }
         for j in 0..FOUR {
