@@ -5,8 +5,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use vibroimpact::{
-    CancelToken, EventKind, Horizon, Run, RunOptions, Simultaneous, Stop, StopReason, Structure,
-    StructureState, run,
+    CancelToken, Clock, EventKind, Horizon, Run, RunOptions, Simultaneous, Start, Stop,
+    StopContact, StopReason, Structure, StructureMotion, StructureState, run,
 };
 
 use crate::support::draws;
@@ -112,6 +112,10 @@ impl Corner {
     }
 }
 
+/// Cases that were late, in the last digits of one bounce and by a stop that was left and pressed at
+/// one instant.
+const LATE: [usize; 2] = [1023, 2238];
+
 /// A body falls along the acceleration by its load: it meets all stops of the corner at once, and
 /// bounces as a ball on a table does, for 2 r u/(g'' (1 - r)) from the first impact on, at any place,
 /// in any units, and with soft springs as with none.
@@ -119,13 +123,17 @@ impl Corner {
 fn bounces_in_a_corner_end_after_the_sum_of_a_geometric_series() {
     let mut rng = ChaCha8Rng::seed_from_u64(1687);
     let (mut worst, mut deepest, mut impacts) = (0.0f64, 0.0f64, 0);
-    for case in 0..draws(200, 4_000) {
+    let cases = draws(200, 4_000);
+    for case in 0..cases.max(LATE[1] + 1) {
         let at_origin = case % 2 == 0;
         let corner = Corner::random(&mut rng, at_origin);
         // Springs pull along the fall at the origin alone.
         let stiffness = if at_origin { [0.0, 1e-14, 1e-13][case / 2 % 3] } else { 0.0 };
         let structure = corner.structure(stiffness, Simultaneous::Together);
         let (height, speed) = (rng.random_range(0.2..2.0), rng.random_range(-0.5..0.5));
+        if case >= cases && !LATE.contains(&case) {
+            continue;
+        }
         let direction = corner.acceleration();
         let q = &corner.place - &direction * (height * corner.time * corner.time);
         let v = &direction * (speed * corner.time);
@@ -146,6 +154,32 @@ fn bounces_in_a_corner_end_after_the_sum_of_a_geometric_series() {
     }
     println!("{impacts} impacts; time {worst:e}, depth {deepest:e}");
     assert!(impacts > 5_000);
+}
+
+/// Two stops are met at one instant, one by two bodies that pass 10^12 times as fast as they meet: the
+/// search for that contact ends at the other, and still tells where it is, not earlier by its rounding.
+#[test]
+fn contacts_of_one_instant_are_told_in_all_their_digits() {
+    let fast = 2f64.powi(40);
+    let identity: Vec<Vec<f64>> = rows(&DMatrix::identity(3, 3));
+    for ulps in -4..=4 {
+        // Both gaps are t (t - 1/64), one of them with a rounding.
+        let load = 128.0 * (1.0 + f64::from(ulps) * f64::EPSILON);
+        let structure = Structure::builder(identity.clone(), vec![vec![0.0; 3]; 3])
+            .static_load([64.0, 64.0, load])
+            .stop(Stop::new([0.0, 0.0, 1.0], 0.0, 0.5))
+            .stop(Stop::new([1.0, 1.0, 0.0], 0.0, 0.5))
+            .build()
+            .unwrap();
+        let motion = StructureMotion::new(&structure);
+        let flight = motion.flight(Clock::START, &[0.0; 3], &[fast, -fast - 1.0, -1.0]);
+        let starts = [(0, Start::Touching), (1, Start::Touching)];
+        let StopContact::Met { time, offset, .. } = motion.next_contact(&flight, &starts) else {
+            panic!("{ulps}")
+        };
+        let error = 64.0 * (time + offset) - 1.0;
+        assert!(error.abs() < 1e-14, "{ulps}: {error:e}");
+    }
 }
 
 /// Any other fall into a corner: no run enters a stop, hangs, or gains energy, whatever the rule.

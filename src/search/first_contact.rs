@@ -335,8 +335,11 @@ impl<G: Gap> Search<'_, G> {
             touch = self.meet(end.time, 0.0).0;
         }
         // At a flat top the steps may lead far away, or to before the graze that was gone on from.
+        // Where they have come to a root beyond the span, as of a short flight that another contact
+        // ends at the same instant, it is the contact: `sample` is early by its rounding.
         let (s, span) = (touch.local_time(), self.span);
-        let astray = s < self.begin || (s > span && (touch.gap.rate <= 0.0 || touch.offset > span));
+        let far = touch.offset > span && !settled;
+        let astray = s < self.begin || (s > span && (touch.gap.rate <= 0.0 || far));
         if astray {
             touch = self.touch(sample, h);
         }

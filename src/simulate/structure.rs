@@ -279,7 +279,7 @@ impl Model for Structure {
         contact: u32,
         stopped: bool,
     ) -> AnchorOf<Self> {
-        let mut touching = before.touching.after(clock > before.clock);
+        let mut touching = before.touching.landing(clock > before.clock);
         touching.set(contact, if stopped { StopStart::Stuck } else { StopStart::Landed });
         Anchor { clock, state, phase: Phase::Landing, touching }
     }

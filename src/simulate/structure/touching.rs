@@ -132,6 +132,18 @@ impl Touching {
         if later { self.landed() } else { Self { at: self.at.clone(), ..Self::default() } }
     }
 
+    /// The same where one of the stops lands. Those that the structure leaves at this very instant by
+    /// the forces there, g = g' = 0, may be pressed by the force of that one.
+    pub fn landing(&self, later: bool) -> Self {
+        let mut touching = self.after(later);
+        for (_, start) in &mut touching.at {
+            if matches!(start, StopStart::Separating | StopStart::Released) {
+                *start = StopStart::Landed;
+            }
+        }
+        touching
+    }
+
     /// The candidates alone.
     pub fn landed(&self) -> Self {
         let at = self.at.iter().copied().filter(|(_, start)| start.is_held()).collect();
