@@ -31,6 +31,7 @@ mod support {
     }
 }
 
+mod audit_judge;
 mod batch;
 mod contact_audit;
 mod contact_integrator;

@@ -158,8 +158,10 @@ impl<M: Measured> Judge<M> {
                 let [low, high] = grazes.unwrap_or([height; 2]);
                 grazes = Some([low.min(height), high.max(height)]);
             } else {
-                // Above the level it is a contact, below it nothing.
-                let missed = self.same_rise(told.local_time());
+                // Above the level it is a contact, gone past here; below it nothing.
+                let time = told.local_time();
+                let past = self.seen.contact.is_some_and(|root| time > root.time.hi);
+                let missed = past || self.same_rise(time);
                 outcome = if missed { Outcome::Missed } else { Outcome::Spurious };
             }
         }
