@@ -268,7 +268,8 @@ fn runs_that_fall_dead_go_on() {
     let mut rng = ChaCha8Rng::seed_from_u64(31);
     for (rough, driven) in [(false, false), (false, true), (true, false), (true, true)] {
         let (mut counts, mut most, mut ended) = ([0usize; 4], 0, 0);
-        for case in 0..draws(30, 600) {
+        let cases = draws(30, 600);
+        for case in 0..cases {
             let structure = dead(&mut rng, rough, driven);
             let count = structure.coordinates();
             let start =
@@ -324,7 +325,10 @@ fn runs_that_fall_dead_go_on() {
             counts[0], counts[1], counts[2], counts[3]
         );
         let [met, released, stuck, slid] = counts;
-        assert!(met > 30 && released > 10 && most < 8 && ended < 6, "{counts:?} {most} {ended}");
+        assert!(met > 30 && released > 10 && most < 8, "{counts:?} {most}");
+        // With friction some states have no motion that goes on, or several: a part of all runs, and
+        // none where there is no friction.
+        assert!(ended <= if rough { cases / 20 } else { 0 }, "{ended} of {cases}");
         assert!(!rough || (stuck > 5 && slid > 10), "{counts:?}");
     }
 }
