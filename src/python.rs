@@ -19,6 +19,7 @@ mod one_impact;
 mod orbit;
 mod period;
 mod run;
+mod sensitivity;
 mod simulate;
 mod structure;
 mod structure_itinerary;
@@ -55,6 +56,8 @@ mod _core {
     use super::period::PyPeriodReport;
     #[pymodule_export]
     use super::run::{PyFinalState, PyRun};
+    #[pymodule_export]
+    use super::sensitivity::{PySensitivity, sensitivity};
     #[pymodule_export]
     use super::simulate::simulate;
     #[pymodule_export]

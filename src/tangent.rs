@@ -10,10 +10,12 @@
 pub mod border;
 mod chatter;
 mod contact;
+mod equation;
 mod flight;
 mod impact;
 pub mod itinerary;
 mod leg;
+mod sensitivity;
 mod strike;
 pub mod structure;
 pub(crate) mod tolerances;
@@ -26,6 +28,8 @@ pub(crate) use leg::{LegDetails, LegOutcome, mode, to_event, traverse};
 pub(crate) use strike::{
     Columns, Departure, Derivative, ImpactPoint, Numbers, Rates, Strike, flown, scaled,
 };
+
+pub use sensitivity::{Legs, OneSided, OneSidedReason, Sensitivity, SensitivityError, sensitivity};
 
 use chatter::{Accumulation, accumulate};
 use contact::stick_condition;
@@ -100,7 +104,9 @@ impl Model {
         let motion = FreeMotion::new(system);
         let period = motion.drive.period.value();
         let omega = parameters.drive_frequency;
-        let period = Dual::chain(period, [(-period / omega.value, omega)]);
+        // Of a drive that stands still no periods are counted.
+        let rate = if motion.drive.has_period() { -period / omega.value } else { 0.0 };
+        let period = Dual::chain(period, [(rate, omega)]);
         Self { system: *system, motion, parameters, period, wall_at_rest }
     }
 
@@ -134,9 +140,17 @@ impl Model {
         self.angle(state.x1).gap_rate(state.v1, state.v2)
     }
 
-    /// Cosine and sine of the forcing phase.
+    /// Cosine and sine of the forcing phase, the sine also of a drive that stands still, whose load
+    /// changes with its phase.
+    pub fn trig(&self, clock: Clock) -> Trig {
+        let trig = self.motion.drive.trig_at(clock);
+        let still = !self.motion.drive.has_period();
+        if still { Trig { sin: self.system.phase.sin(), ..trig } } else { trig }
+    }
+
+    /// Cosine and sine of the forcing phase, and the phase as an angle.
     pub fn phase(&self, moment: &Moment) -> (Trig, Dual) {
-        let trig = self.motion.drive.trig_at(moment.clock());
+        let trig = self.trig(moment.clock());
         let angle = self.parameters.drive_frequency * moment.time + self.parameters.phase;
         (trig, angle)
     }

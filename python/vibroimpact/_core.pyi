@@ -43,6 +43,7 @@ __all__ = [
     "PeriodReport",
     "Regime",
     "Run",
+    "Sensitivity",
     "Spectrum",
     "Stop",
     "StopCondition",
@@ -65,6 +66,7 @@ __all__ = [
     "enclosed_sin_cos",
     "impact",
     "lyapunov_spectrum",
+    "sensitivity",
     "simulate",
     "sin_cos",
     "structure_motion",
@@ -921,6 +923,36 @@ class Spectrum:
     @property
     def interrupted(self) -> bool:
         """Whether Ctrl-C ended it."""
+
+@final
+class Sensitivity:
+    """Derivatives of a run; each access builds a new array."""
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """(n, k) of the times of the kept impacts."""
+    @property
+    def before(self) -> NDArray[np.float64]:
+        """(n, 4, k) of the states before them."""
+    @property
+    def after(self) -> NDArray[np.float64]:
+        """(n, 4, k) of the states after them."""
+    @property
+    def stroboscopic(self) -> NDArray[np.float64]:
+        """(m, 4, k) of the sections."""
+    @property
+    def final_state(self) -> NDArray[np.float64]:
+        """(1, 4, k) of the final state."""
+    @property
+    def one_sided(self) -> list[tuple[int, float, str]]:
+        """Index, time and reason of each event from which on derivatives are one-sided."""
+    def trajectory(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(len(t), 4, k) of the states at times inside the kept window."""
+
+def sensitivity(
+    run: Run, initial: tuple[float, float, float, float], names: Sequence[str]
+) -> Sensitivity:
+    """Derivatives of a run from this start by the numbers of these names."""
 
 def lyapunov_spectrum(run: Run, steps: int, step: float | None = None) -> Spectrum:
     """The spectrum of the motion that continues from the end of ``run``.

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .period_report import Evidence as Evidence
 from .period_report import PeriodReport as PeriodReport
@@ -21,6 +22,7 @@ from .run_parts import EnergyAudit as EnergyAudit
 from .run_parts import FinalState as FinalState
 from .run_parts import read_only as read_only
 from .run_record import RunRecord
+from .sensitivity import Sensitivity
 from .showing import Facts
 from .system import System
 from .tables import EventKind as EventKind
@@ -171,6 +173,44 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         True
         """
         return EnergyAudit(**self._works())
+
+    def sensitivity(self, *names: str) -> Sensitivity:
+        """Differentiate the run by parameters and by its start, exactly, through impacts and contact.
+
+        The motion is followed once more. At the instant of an impact derivatives jump as the
+        motion does, and the instant itself moves. Where the motion lies on a border (a graze, a
+        border of regimes, the onset of chatter) they are those of the side that has the run's
+        events; ``one_sided`` of the result lists such events.
+
+        Parameters
+        ----------
+        *names
+            Numeric parameters of the system (``"restitution"``, ``"gap"``, ...), and components of
+            the start: ``"x1"``, ``"v1"``, ``"x2"``, ``"v2"``; each once.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown name, one given twice, none, or ``"friction"`` of direct contact.
+        SimulationError
+            If a leg of the motion has no derivatives that can be computed; ``.result`` is this run.
+        Interrupted
+            After Ctrl-C; ``.result`` is this run.
+
+        Examples
+        --------
+        >>> found = run.sensitivity("restitution", "gap", "v1")
+        >>> found.impacts.time.shape == (len(run.impacts), 3)
+        True
+        """
+        try:
+            core = _core.sensitivity(self._core, self._initial, names)
+        except SimulationError as error:
+            error.result = self
+            raise
+        except KeyboardInterrupt:
+            raise Interrupted("interrupted while the run was differentiated", self) from None
+        return Sensitivity(core, self, names)
 
     def refine(self) -> PeriodicMotion | NotFound:
         """Find the periodic motion that this run has settled on, to rounding, with its verdict.

@@ -25,6 +25,11 @@ impl From<BadState> for PyErr {
     }
 }
 
+/// A computation that failed.
+pub(super) fn failed(message: String) -> PyErr {
+    SimulationError::new_err((message,))
+}
+
 /// A model whose runs cross to Python.
 pub(super) trait Crossing: Together {
     /// A run as an object of Python.

@@ -182,6 +182,31 @@ impl ImpactPoint {
     }
 }
 
+impl ImpactPoint {
+    /// Derivatives of x1' and x2' after an impact in this regime by those before it and by the numbers of
+    /// the contact: x1, x1', x2', then mbar, mu and r.
+    pub fn by_all(&self, law: ImpactLaw, kind: RegimeKind, signs: Signs) -> [[f64; 6]; 2] {
+        let Self { angle, turns, rates, numbers, .. } = *self;
+        let along = |value: f64, direction: usize, rate: f64| {
+            let mut number = Dual::<6>::variable(value, direction);
+            number.slope[direction] = rate;
+            number
+        };
+        let turning = f64::from(u8::from(turns));
+        let [v1, v2] = rates.velocities;
+        let contact = ContactCoordinates::at_tip(
+            (along(angle.sin, 0, turning * angle.cos), along(angle.cos, 0, -turning * angle.sin)),
+            (along(v1, 1, 1.0), along(v2, 2, 1.0)),
+            along(numbers.mass_ratio, 3, 1.0),
+            along(numbers.friction, 4, 1.0),
+            signs.side.value(),
+        );
+        let law = (along(numbers.restitution, 5, 1.0), &law);
+        let (_, end) = regime_path(&contact, law, kind, signs.direction.value());
+        [end.slip.slope, end.parting.slope]
+    }
+}
+
 /// Where a flight begins, as far as its perturbations look at it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Departure {

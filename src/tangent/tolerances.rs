@@ -50,6 +50,20 @@ pub const MOST_SLIDE_STEPS: usize = 10_000;
 /// Points at which a step of a slide is sampled for minima.
 pub const SLIDE_SAMPLES: usize = 12;
 
-/// Most panels of the quadrature of one flight: bodies so strongly overdamped that more are needed
-/// are given no derivatives by a parameter.
-pub const MOST_PANELS: f64 = 10_000.0;
+/// Longest step of the series that give derivatives by a flight's equation, as an angle of the fastest
+/// motion: the terms of longer ones would cancel.
+pub const LONGEST_STEP: f64 = 2.0;
+
+/// Where these series end: the bound of a term, relative to the first one.
+pub const LEAST_TERM: f64 = 1e-21;
+
+/// Most of these steps in one flight: bodies so strongly overdamped that more are needed are given no
+/// derivatives by their equation.
+pub const MOST_STEPS: f64 = 1_000_000.0;
+
+/// An impact or a chatter lies on a border where what vanishes there is no larger than this part of the
+/// numbers it is computed from: some roundings.
+pub const AT_BORDER: f64 = 64.0 * f64::EPSILON;
+
+/// Times of impacts of one motion agree to this part: what is more is another motion, from another start.
+pub const SAME_TIME: f64 = 1e-9;

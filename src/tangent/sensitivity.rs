@@ -1,0 +1,154 @@
+//! Derivatives of a run by the parameters of its system and by its start (docs/sensitivity.md).
+//!
+//! The motion is followed once more. Flights and impacts carry the derivatives by all numbers at once,
+//! as they carry perturbations (strike.rs), and add what each number changes by itself. Chatter and
+//! contact phases do so by the derivatives of their legs. Nothing is approximated but the limit of
+//! chatter, whose error is stated with its event.
+
+mod by;
+mod columns;
+mod contact;
+mod error;
+mod follow;
+mod marks;
+
+pub use error::SensitivityError;
+pub use marks::{OneSided, OneSidedReason};
+
+use by::By;
+use columns::Differentiated;
+use follow::{Follower, SensitiveLeg, rows_of};
+
+use crate::model::state::State;
+use crate::numerics::cancel::CancelToken;
+use crate::simulate::Simulation;
+use crate::simulate::event::{ImpactEvent, ImpactRecord};
+use crate::simulate::run::Run;
+use crate::tangent::tolerances::SAME_TIME;
+
+/// Derivatives of a run by some numbers, `names.len()` in each row; states are x1, x1', x2, x2', a row
+/// for each of these. `L` is what follows the motion at other times.
+#[derive(Debug, Clone)]
+pub struct Sensitivity<L = Legs> {
+    /// What the run is differentiated by.
+    pub names: Vec<String>,
+    /// Derivatives of the times of the impacts that the run keeps,
+    pub times: Vec<f64>,
+    /// of the states just before them, each at its own time,
+    pub before: Vec<f64>,
+    /// and just after them.
+    pub after: Vec<f64>,
+    /// Derivatives of the stroboscopic sections, at the fixed phase of the drive where they lie.
+    pub stroboscopic: Vec<f64>,
+    /// Derivatives of the final state, at its fixed time.
+    pub final_state: Vec<f64>,
+    /// Events from which on derivatives are one-sided.
+    pub one_sided: Vec<OneSided>,
+    legs: L,
+}
+
+/// The legs of a run with the derivatives at their starts.
+pub struct Legs {
+    of: Differentiated,
+    legs: Vec<SensitiveLeg>,
+    span: (f64, f64),
+}
+
+impl Sensitivity {
+    /// Derivatives of the states at these fixed times; `None` for a time outside of the kept window.
+    ///
+    /// # Errors
+    /// [`SensitivityError`] within a contact phase that has none.
+    pub fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
+        let Legs { of, legs, span: (from, to) } = &self.legs;
+        let drive = &of.model.motion.drive;
+        let mut rows = Vec::with_capacity(4 * self.names.len() * times.len());
+        for &time in times {
+            if !(*from..=*to).contains(&time) {
+                return Ok(None);
+            }
+            // The last leg that begins not later than this.
+            let leg = &legs[legs.partition_point(|leg| leg.time <= time).max(1) - 1];
+            let clock = drive.clock_at(time);
+            let clock = if clock < leg.here.clock { leg.here.clock } else { clock };
+            let (columns, rates) = leg.at(of, clock)?;
+            rows.extend(rows_of(&of.at_fixed_time(columns, &rates, clock)));
+        }
+        Ok(Some(rows))
+    }
+}
+
+/// Derivatives of a run from `initial` at t = 0 by parameters of its system (`"restitution"`, ...) and by
+/// the components of its start (`"x1"`, `"v1"`, `"x2"`, `"v2"`).
+///
+/// # Errors
+/// [`SensitivityError`]: a bad name, another start than the run's, or a leg without derivatives.
+///
+/// # Example
+/// ```
+/// use vibroimpact::tangent::sensitivity;
+/// use vibroimpact::{CancelToken, Contact, RunOptions, State, System, run, Horizon};
+///
+/// // A ball that is thrown at a wall a distance away: it is there after t = gap/v.
+/// let system = System::builder()
+///     .mass_ratio(0.0).frequency_ratio(0.0).restitution(0.5).gap(1.0).drive_frequency(0.0)
+///     .contact(Contact::Direct)
+///     .build()?;
+/// let (start, never) = (State::new(0.0, 2.0, 0.0, 0.0)?, CancelToken::never());
+/// let thrown = run(&system, start, RunOptions::until(Horizon::Time(1.0)), &never)?;
+/// let found = sensitivity(&thrown, start, &["gap".into(), "v1".into()], &never)?;
+/// assert_eq!(found.times, [0.5, -0.25]);
+/// // x1 at t = 1: gap - r v (1 - gap/v).
+/// assert_eq!(found.final_state[..2], [1.5, -0.5]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn sensitivity(
+    run: &Run,
+    initial: State,
+    names: &[String],
+    cancel: &CancelToken,
+) -> Result<Sensitivity, SensitivityError> {
+    let by = By::all(names, &run.system)?;
+    let of = Differentiated::new(&run.system, by, names.to_vec());
+    let options = &run.options;
+    let end = run.final_state.clock;
+    let simulation = Simulation::new(&run.system, initial)?
+        .until(options.horizon)
+        .max_events(options.max_events)
+        .chatter_tolerance(options.chatter_tolerance)
+        .section_phase(options.section_phase)
+        .cancel_with(cancel);
+    let mut follower = Follower::new(&of, initial, (run.window, end), options.section_phase);
+    let final_state = follower.follow(simulation)?;
+    let rows = follower.rows;
+    let other = |time: f64| SensitivityError::OtherMotion { time };
+    let same = |(event, row): (&ImpactEvent, &ImpactRecord)| {
+        event.clock.period == row.period
+            && (event.time - row.time).abs() <= SAME_TIME * row.time.abs()
+    };
+    // Of the window's first drive period the run may keep a part only.
+    let (found, wanted) = (rows.impacts.len(), run.impacts.len());
+    let more = found.checked_sub(wanted).ok_or(other(run.final_state.time))?;
+    let mut pairs = rows.impacts[more..].iter().zip(&run.impacts);
+    if let Some((_, row)) = pairs.find(|pair| !same(*pair)) {
+        return Err(other(row.time));
+    }
+    let more_sections =
+        rows.sections.checked_sub(run.stroboscopic.len()).ok_or(other(run.final_state.time))?;
+    let k = names.len();
+    let from = |table: Vec<f64>, rows: usize| table[rows * k..].to_vec();
+    // The stop is an event of the run.
+    let before = rows.events + 1 - run.events.len() as i64;
+    let one_sided = rows.one_sided.into_iter();
+    let one_sided = one_sided.map(|at| OneSided { index: (at.index - before).max(-1), ..at });
+    Ok(Sensitivity {
+        names: names.to_vec(),
+        times: from(rows.times, more),
+        before: from(rows.before, 4 * more),
+        after: from(rows.after, 4 * more),
+        stroboscopic: from(rows.stroboscopic, 4 * more_sections),
+        final_state: rows_of(&final_state).collect(),
+        one_sided: one_sided.collect(),
+        legs: Legs { of, legs: rows.legs, span: (run.kept_from(), run.final_state.time) },
+    })
+}

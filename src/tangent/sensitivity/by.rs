@@ -1,0 +1,106 @@
+//! What a run is differentiated by.
+
+use crate::model::error::ParameterError;
+use crate::model::parameters::{Contact, System};
+
+/// A number that a run depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum By {
+    MassRatio,
+    FrequencyRatio,
+    Restitution,
+    Gap,
+    DriveFrequency,
+    PendulumDamping,
+    OscillatorDamping,
+    MomentAmplitude,
+    ForceAmplitude,
+    StaticMoment,
+    StaticForce,
+    Friction,
+    Phase,
+    /// A component of the start: x1, x1', x2' or x2.
+    Start(usize),
+}
+
+/// Names of the components of a start, in the order of [`By::Start`].
+const STARTS: [&str; 4] = ["x1", "v1", "v2", "x2"];
+
+impl By {
+    /// The numbers of these names.
+    ///
+    /// # Errors
+    /// [`ParameterError`] names the first that is none, or none that this system can change.
+    pub fn all(names: &[String], system: &System) -> Result<Vec<Self>, ParameterError> {
+        if names.is_empty() {
+            return Err(ParameterError::new("names", "none", "at least one name"));
+        }
+        for (i, name) in names.iter().enumerate() {
+            if names[..i].contains(name) {
+                return Err(ParameterError::new("names", name.clone(), "each name once"));
+            }
+        }
+        names.iter().map(|name| Self::of(name, system)).collect()
+    }
+
+    fn of(name: &str, system: &System) -> Result<Self, ParameterError> {
+        let by = match name {
+            "mass_ratio" => Self::MassRatio,
+            "frequency_ratio" => Self::FrequencyRatio,
+            "restitution" => Self::Restitution,
+            "gap" => Self::Gap,
+            "drive_frequency" => Self::DriveFrequency,
+            "pendulum_damping" => Self::PendulumDamping,
+            "oscillator_damping" => Self::OscillatorDamping,
+            "moment_amplitude" => Self::MomentAmplitude,
+            "force_amplitude" => Self::ForceAmplitude,
+            "static_moment" => Self::StaticMoment,
+            "static_force" => Self::StaticForce,
+            "friction" => Self::Friction,
+            "phase" => Self::Phase,
+            _ => match STARTS.iter().position(|start| *start == name) {
+                Some(i) => Self::Start(i),
+                None => {
+                    let allowed = format!("one of {}, x1, v1, x2, v2", System::NUMERIC.join(", "));
+                    return Err(ParameterError::new("names", name, allowed));
+                }
+            },
+        };
+        if by == Self::Friction && system.contact == Contact::Direct {
+            return Err(ParameterError::new("names", name, "friction only of oblique contact"));
+        }
+        Ok(by)
+    }
+}
+
+/// Which derivatives of a flight are needed of a body.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Needs {
+    pub drive: bool,
+    pub constant: bool,
+    pub phase: bool,
+    pub equation: bool,
+}
+
+impl Needs {
+    /// Of pendulum and oscillator.
+    pub fn of(all: &[By], system: &System) -> [Self; 2] {
+        let has = |by: By| all.contains(&by);
+        let turned = has(By::DriveFrequency);
+        let pendulum = Self {
+            drive: has(By::MomentAmplitude),
+            constant: has(By::StaticMoment),
+            phase: (turned || has(By::Phase)) && system.moment_amplitude != 0.0,
+            equation: has(By::FrequencyRatio)
+                || has(By::PendulumDamping)
+                || (turned && system.moment_amplitude != 0.0),
+        };
+        let oscillator = Self {
+            drive: has(By::ForceAmplitude),
+            constant: has(By::StaticForce),
+            phase: (turned || has(By::Phase)) && system.force_amplitude != 0.0,
+            equation: has(By::OscillatorDamping) || (turned && system.force_amplitude != 0.0),
+        };
+        [pendulum, oscillator]
+    }
+}

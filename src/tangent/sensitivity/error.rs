@@ -1,0 +1,49 @@
+//! Why a run has no derivatives.
+
+use crate::model::error::{ParameterError, SimulationError, StateError};
+
+/// Why a run has no derivatives.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SensitivityError {
+    /// A bad name.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The start is refused.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// The computation of the motion failed.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The motion from this start is not the one of the run.
+    #[error("the motion from this start is not the one of the run: they differ at t = {time}")]
+    OtherMotion {
+        /// When.
+        time: f64,
+    },
+    /// A leg has no derivatives that could be computed.
+    #[error(
+        "the chatter or contact that ends at t = {time} has no derivatives that could be computed"
+    )]
+    NoDerivative {
+        /// When it ends.
+        time: f64,
+    },
+    /// A body is damped too strongly.
+    #[error(
+        "a body is damped too strongly for derivatives by its equation, in the flight from t = {time}"
+    )]
+    Damping {
+        /// When the flight begins.
+        time: f64,
+    },
+    /// Contact begins without an impact: nearby motions do not reach it, or strike.
+    #[error("the bodies come to contact without velocity at t = {time}: nearby motions differ")]
+    Landing {
+        /// When.
+        time: f64,
+    },
+    /// The caller wished it.
+    #[error("cancelled")]
+    Cancelled,
+}

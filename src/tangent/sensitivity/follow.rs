@@ -1,0 +1,293 @@
+//! The motion of a run again, event by event, with its derivatives.
+
+use super::by::By;
+use super::columns::{Column, Differentiated, Here};
+use super::error::SensitivityError;
+use super::marks::{OneSided, one_sided};
+use crate::contact::sustained::ContactMode;
+use crate::model::state::{Clock, State};
+use crate::simulate::event::{Event, ImpactEvent, StopReason};
+use crate::simulate::{Anchor, Observer, Simulation, impacts_hop_by_hop};
+use crate::tangent::itinerary::{LegChange, LegReader};
+use crate::tangent::tolerances::LOW_BOUNCE;
+
+/// The sections that a simulation has passed since they were last asked for.
+#[derive(Default)]
+pub(super) struct Passed(Vec<i64>);
+
+impl Observer for Passed {
+    const SECTIONS: bool = true;
+
+    fn section(&mut self, k: i64, _: &State) {
+        self.0.push(k);
+    }
+}
+
+/// What the bodies do from here to the next event.
+#[derive(Debug, Clone)]
+pub(super) struct SensitiveLeg {
+    pub here: Here,
+    pub mode: Option<ContactMode>,
+    /// Impacts are skipped.
+    pub hops: bool,
+    pub time: f64,
+}
+
+/// Tables of derivatives, of the window and of what comes before it in the same drive period.
+#[derive(Default)]
+pub(super) struct Rows {
+    pub impacts: Vec<ImpactEvent>,
+    pub times: Vec<f64>,
+    pub before: Vec<f64>,
+    pub after: Vec<f64>,
+    pub stroboscopic: Vec<f64>,
+    pub sections: usize,
+    pub legs: Vec<SensitiveLeg>,
+    pub one_sided: Vec<OneSided>,
+    /// Events so far.
+    pub events: i64,
+}
+
+/// Follows a motion.
+pub(super) struct Follower<'a> {
+    pub of: &'a Differentiated,
+    /// What comes before is not recorded.
+    window: Clock,
+    /// Where the run ends.
+    end: Clock,
+    section_offset: f64,
+    reader: LegReader,
+    leg: SensitiveLeg,
+    /// Where a chatter begins that the last impacts may lead into, before the first low one.
+    before_low: Option<Here>,
+    /// u of the last impact, and the largest so far.
+    last: f64,
+    largest: f64,
+    pub rows: Rows,
+}
+
+impl<'a> Follower<'a> {
+    pub fn new(
+        of: &'a Differentiated,
+        initial: State,
+        (window, end): (Clock, Clock),
+        section_phase: f64,
+    ) -> Self {
+        let section_offset =
+            if section_phase > 0.0 { section_phase / of.system.drive_frequency } else { 0.0 };
+        let here = of.start(initial, Clock::START);
+        let leg = SensitiveLeg { here, mode: None, hops: false, time: 0.0 };
+        Self {
+            of,
+            window,
+            end,
+            section_offset,
+            reader: LegReader { mode: None },
+            leg,
+            before_low: None,
+            last: 0.0,
+            largest: 0.0,
+            rows: Rows::default(),
+        }
+    }
+
+    /// Follows a simulation to the end of the run; returns the derivatives of the state there.
+    pub fn follow(&mut self, mut simulation: Simulation) -> Result<Vec<Column>, SensitivityError> {
+        let mut passed = Passed::default();
+        loop {
+            let event = match simulation.advance(&mut passed) {
+                Some(event) => event?,
+                None => return Err(self.other_motion(self.leg.here.clock)),
+            };
+            let over = event.clock() > self.end || matches!(event, Event::Stop(_));
+            if let Event::Stop(stop) = event
+                && stop.clock < self.end
+            {
+                let cancelled = stop.reason == StopReason::Interrupted;
+                return Err(if cancelled {
+                    SensitivityError::Cancelled
+                } else {
+                    self.other_motion(stop.clock)
+                });
+            }
+            self.leg.hops = matches!(event, Event::Chatter(_)) || simulation.skips_at(&event);
+            for k in passed.0.drain(..) {
+                let clock = Clock::new(k, self.section_offset);
+                if clock <= self.end && clock >= self.window {
+                    self.section(clock)?;
+                }
+            }
+            if over {
+                self.keep_leg();
+                let (columns, rates) = self.leg.at(self.of, self.end)?;
+                // At a fixed time since the start.
+                return Ok(self.of.at_fixed_time(columns, &rates, self.end));
+            }
+            self.take(&event)?;
+        }
+    }
+
+    fn section(&mut self, clock: Clock) -> Result<(), SensitivityError> {
+        let (mut columns, rates) = self.leg.at(self.of, clock)?;
+        // At a fixed phase: omega t = 2 pi k + the section's.
+        if let Some(i) = self.of.place(By::DriveFrequency) {
+            let later = -self.section_offset / self.of.system.drive_frequency;
+            for (x, rate) in columns[i].iter_mut().zip(rates) {
+                *x += rate * later;
+            }
+        }
+        self.rows.stroboscopic.extend(rows_of(&columns));
+        self.rows.sections += 1;
+        Ok(())
+    }
+
+    /// Takes note of the leg that ends, if the window needs it.
+    fn keep_leg(&mut self) {
+        self.rows.legs.push(self.leg.clone());
+    }
+
+    fn other_motion(&self, clock: Clock) -> SensitivityError {
+        SensitivityError::OtherMotion { time: self.of.model.motion.drive.time(clock) }
+    }
+
+    fn take(&mut self, event: &Event) -> Result<(), SensitivityError> {
+        let (clock, time) = (event.clock(), self.of.model.motion.drive.time(event.clock()));
+        if let Some(reason) = one_sided(self.of, event, self.leg.here.departure.slope.is_none()) {
+            self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
+        }
+        self.rows.events += 1;
+        if let Event::Graze(_) = event {
+            return Ok(());
+        }
+        if clock >= self.window {
+            self.keep_leg();
+        }
+        if let (Event::Impact(impact), None) = (event, self.reader.mode) {
+            self.impact(impact)?;
+        } else {
+            if let (Event::Chatter(_), Some(before)) = (event, self.before_low.take()) {
+                self.leg.here = before;
+            }
+            let mode = self.reader.mode;
+            match self.reader.read(&self.of.system, event) {
+                LegChange::Ends(leg, clock, state) => {
+                    let columns = self.of.passed(&self.leg.here, (leg, mode), clock)?;
+                    self.leg.here = self.of.event(columns, clock, state);
+                }
+                LegChange::Begins(state) => self.begin_contact(event.clock(), state)?,
+                LegChange::Nothing | LegChange::Stops(_) => {}
+            }
+            (self.before_low, self.last) = (None, 0.0);
+        }
+        (self.leg.mode, self.leg.time) = (self.reader.mode, time);
+        Ok(())
+    }
+
+    fn impact(&mut self, impact: &ImpactEvent) -> Result<(), SensitivityError> {
+        let u = impact.impact.approach_velocity;
+        self.largest = self.largest.max(u);
+        // The impacts that lead into chatter are left to its leg (docs/theory.md, section 7).
+        if u >= LOW_BOUNCE * self.largest || u >= self.last {
+            self.before_low = None;
+        } else if self.before_low.is_none() {
+            self.before_low = Some(self.leg.here.clone());
+        }
+        self.last = u;
+        let before = self.of.strike(&mut self.leg.here, impact)?;
+        self.reader.mode = None;
+        if impact.clock < self.window {
+            return Ok(());
+        }
+        let here = &self.leg.here;
+        let late = self.of.place(By::DriveFrequency);
+        let rows = &mut self.rows;
+        rows.impacts.push(*impact);
+        let rate = impact.clock.period as f64 * self.of.period_rate();
+        let times = before.iter().map(|column| column[3]).enumerate();
+        rows.times.extend(times.map(|(i, dt)| if late == Some(i) { dt + rate } else { dt }));
+        rows.before.extend(rows_of(&self.of.with_place(here, &before)));
+        rows.after.extend(rows_of(&self.of.with_place(here, &here.columns)));
+        Ok(())
+    }
+
+    /// Contact begins at an event that has just ended a flight, or at the start.
+    fn begin_contact(&mut self, clock: Clock, state: State) -> Result<(), SensitivityError> {
+        let here = &mut self.leg.here;
+        let drive = &self.of.model.motion.drive;
+        if drive.until(here.clock, clock).value() > 0.0 {
+            return Err(SensitivityError::Landing { time: drive.time(clock) });
+        }
+        here.state = state;
+        Ok(())
+    }
+}
+
+impl SensitiveLeg {
+    /// Derivatives of the state at a fixed instant of this leg, and its rates there.
+    pub fn at(
+        &self,
+        of: &Differentiated,
+        clock: Clock,
+    ) -> Result<(Vec<Column>, Column), SensitivityError> {
+        if let Some(mode) = self.mode {
+            return of.held(&self.here, mode, clock);
+        }
+        if self.hops && clock > self.here.clock {
+            let mut here = self.here.clone();
+            let anchor = Anchor::after_impact(here.clock, here.state);
+            for event in impacts_hop_by_hop(&of.system, anchor, clock) {
+                if let Event::Impact(impact) = event {
+                    of.strike(&mut here, &impact)?;
+                }
+            }
+            return of.at(&here, clock);
+        }
+        of.at(&self.here, clock)
+    }
+}
+
+impl Differentiated {
+    /// Derivatives of the state at a fixed instant of the flight from here, and its rates there.
+    fn at(&self, here: &Here, clock: Clock) -> Result<(Vec<Column>, Column), SensitivityError> {
+        let state = self.state_at(here, clock);
+        let rates = self.rates(&state, clock);
+        let columns = self.flown(here, clock, &rates)?;
+        let ([v1, v2], [a1, a2]) = (rates.velocities, rates.accelerations);
+        Ok((columns, [v1, a1, a2, v2]))
+    }
+
+    /// Derivatives at a fixed time since the start from those at a fixed time in a fixed period.
+    pub fn at_fixed_time(
+        &self,
+        mut columns: Vec<Column>,
+        rates: &Column,
+        clock: Clock,
+    ) -> Vec<Column> {
+        if let Some(i) = self.place(By::DriveFrequency) {
+            let later = -(clock.period as f64) * self.period_rate();
+            for (x, rate) in columns[i].iter_mut().zip(rates) {
+                *x += rate * later;
+            }
+        }
+        columns
+    }
+
+    /// The place of a number among those that are differentiated by.
+    fn place(&self, by: By) -> Option<usize> {
+        self.by.iter().position(|&other| other == by)
+    }
+
+    /// Columns of (x1, x1', x2', x2) at an event from those of (x1, x1', x2', t).
+    fn with_place(&self, here: &Here, columns: &[Column]) -> Vec<Column> {
+        let slope = here.departure.slope.unwrap_or(0.0);
+        let with = |(&[x1, v1, v2, _], &by): (&Column, &By)| {
+            [x1, v1, v2, slope * x1 - f64::from(u8::from(by == By::Gap))]
+        };
+        columns.iter().zip(&self.by).map(with).collect()
+    }
+}
+
+/// Rows x1, x1', x2, x2' with a number of each column.
+pub(super) fn rows_of(columns: &[Column]) -> impl Iterator<Item = f64> {
+    [0, 1, 3, 2].into_iter().flat_map(move |row| columns.iter().map(move |column| column[row]))
+}

@@ -1,0 +1,106 @@
+//! Events at which the derivatives are those of one side only.
+
+use super::columns::Differentiated;
+use crate::impact::RegimeKind;
+use crate::model::contact_coordinates::PreImpact;
+use crate::model::state::Clock;
+use crate::simulate::event::{ChatterEvent, Event, ImpactEvent};
+use crate::tangent::border::{Border, BorderValue};
+use crate::tangent::impact::{regime_borders, regime_path};
+use crate::tangent::itinerary::Leg;
+use crate::tangent::tolerances::AT_BORDER;
+
+/// Why derivatives are one-sided from an event on: on the other side the motion is another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum OneSidedReason {
+    /// The bodies graze: beyond, they strike.
+    Graze,
+    /// An impact on the border of its regime.
+    RegimeBorder,
+    /// Chatter that ends where the contact force is 0: beyond, it is incomplete.
+    ChatterOnset,
+    /// The motion starts on the contact: beyond, the bodies overlap or fly.
+    StartOnContact,
+}
+
+impl OneSidedReason {
+    /// All, in order.
+    pub const ALL: &'static [Self] =
+        &[Self::Graze, Self::RegimeBorder, Self::ChatterOnset, Self::StartOnContact];
+
+    /// The name used in Python.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Graze => "graze",
+            Self::RegimeBorder => "regime_border",
+            Self::ChatterOnset => "chatter_onset",
+            Self::StartOnContact => "start_on_contact",
+        }
+    }
+}
+
+/// An event from which on derivatives are one-sided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OneSided {
+    /// Row of the event among those of the run; -1 for one before the window.
+    pub index: i64,
+    /// Its time.
+    pub time: f64,
+    /// Why.
+    pub reason: OneSidedReason,
+}
+
+/// Why derivatives are one-sided from this event on, if they are; `at_start`: nothing has come before.
+pub(super) fn one_sided(
+    of: &Differentiated,
+    event: &Event,
+    at_start: bool,
+) -> Option<OneSidedReason> {
+    let starts = at_start && event.clock() == Clock::START;
+    match event {
+        Event::Graze(_) => Some(OneSidedReason::Graze),
+        Event::Stop(_) => None,
+        _ if starts => Some(OneSidedReason::StartOnContact),
+        Event::Impact(impact) if is_at_border(of, impact) => Some(OneSidedReason::RegimeBorder),
+        Event::Chatter(chatter) if has_no_force(of, chatter) => Some(OneSidedReason::ChatterOnset),
+        _ => None,
+    }
+}
+
+/// Whether an impact lies on the border of its regime, to rounding.
+fn is_at_border(of: &Differentiated, impact: &ImpactEvent) -> bool {
+    let system = &of.system;
+    if system.friction == 0.0 || !system.law.is_coulomb() {
+        return false;
+    }
+    let pre = PreImpact::new(system.contact, &impact.pre);
+    let contact = pre.coordinates(system.mass_ratio, system.friction);
+    if contact.scale.abs() <= AT_BORDER {
+        return true;
+    }
+    let (kind, signs) = Leg::regime_of(system, impact);
+    if kind == RegimeKind::Frictionless {
+        return true;
+    }
+    let (restitution, direction) = (system.restitution, signs.direction.value());
+    let (switch, end) = regime_path(&contact, (restitution, &system.law), kind, direction);
+    let speed = pre.v1.abs() + pre.v2.abs();
+    let size = |border: Border| match border {
+        Border::StopAtEndOfImpact if kind != RegimeKind::Slip => impact.impact.impulse_normal,
+        Border::SlipBefore | Border::StopAtEndOfApproach | Border::StopAtEndOfImpact => speed,
+        _ => 1.0,
+    };
+    let is_small = |at: &BorderValue| at.value.abs() <= AT_BORDER * size(at.border);
+    let one_body = system.is_wall_at_rest(&impact.pre);
+    regime_borders(&contact, restitution, (kind, direction), (switch, &end), one_body)
+        .iter()
+        .any(is_small)
+}
+
+/// Whether the force that follows chatter is 0, to rounding.
+fn has_no_force(of: &Differentiated, chatter: &ChatterEvent) -> bool {
+    let [a1, a2] = of.rates(&chatter.state, chatter.clock).accelerations;
+    chatter.force.normal.abs() <= AT_BORDER * (a1.abs() + a2.abs())
+}
