@@ -34,6 +34,7 @@ from .impacts import impact
 from .run import EventKind, Evidence, PeriodReport, Run
 from .run_parts import EnergyAudit, FinalState
 from .scales import Scales
+from .sensitivity import ImpactSensitivity, OneSided, Sensitivity
 from .simulation import simulate
 from .system import System
 from .tables import Table
@@ -180,6 +181,7 @@ __all__ = [
     "FinalState",
     "ImpactAgreement",
     "ImpactRegimes",
+    "ImpactSensitivity",
     "Interrupted",
     "LyapunovSpectrum",
     "LyapunovSweep",
@@ -188,6 +190,7 @@ __all__ = [
     "MotionSearch",
     "NoMotionError",
     "NotFound",
+    "OneSided",
     "ParameterError",
     "PeriodReport",
     "PeriodicMotion",
@@ -201,6 +204,7 @@ __all__ = [
     "Run",
     "RunInSI",
     "Scales",
+    "Sensitivity",
     "SimulationError",
     "SolutionsProof",
     "StabilityRegion",

@@ -175,7 +175,7 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         return EnergyAudit(**self._works())
 
     def sensitivity(self, *names: str) -> Sensitivity:
-        """Differentiate the run by parameters and by its start, exactly, through impacts and contact.
+        """Differentiate the run by parameters and its start, exactly, through impacts and contact.
 
         The motion is followed once more. At the instant of an impact derivatives jump as the
         motion does, and the instant itself moves. Where the motion lies on a border (a graze, a

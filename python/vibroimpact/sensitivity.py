@@ -5,6 +5,7 @@ The rows of the tables are those of the run. The definitions are on the sensitiv
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
@@ -46,7 +47,8 @@ class ImpactSensitivity(NamedTuple):
     after: NDArray[np.float64]
 
 
-class OneSided(NamedTuple):
+@dataclass(frozen=True, kw_only=True)
+class OneSided:
     """An event from which on the derivatives of a run are those of one side only.
 
     On the other side the motion is another one; the derivatives are those of the motion that has
@@ -153,7 +155,8 @@ class Sensitivity(Shown):
     @cached_property
     def one_sided(self) -> tuple[OneSided, ...]:
         """The events from which on the derivatives are one-sided."""
-        return tuple(OneSided(*each) for each in self._core.one_sided)
+        found = self._core.one_sided
+        return tuple(OneSided(index=at, time=time, reason=why) for at, time, why in found)
 
     def trajectory(self, t: ArrayLike) -> NDArray[np.float64]:
         """Return derivatives of the states at fixed times ``t``.

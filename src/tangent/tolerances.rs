@@ -67,3 +67,7 @@ pub const AT_BORDER: f64 = 64.0 * f64::EPSILON;
 
 /// Times of impacts of one motion agree to this part: what is more is another motion, from another start.
 pub const SAME_TIME: f64 = 1e-9;
+
+/// Flights between two impacts that turn nothing by more than this angle are differentiated by what
+/// changes in them.
+pub const SHORT_HOP: f64 = 0.1;

@@ -146,6 +146,12 @@ def _(bounces: vi.Bounces) -> None:
 
 
 @assert_complete.register
+def _(found: vi.Sensitivity) -> None:
+    for table in (*found.impacts, found.stroboscopic, found.final_state):
+        assert_finite(table, repr(found))
+
+
+@assert_complete.register
 def _(regimes: vi.ImpactRegimes) -> None:
     resolved = regimes.regime >= 0
     assert_finite(regimes.restitution[resolved], "restitution")

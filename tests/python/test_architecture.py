@@ -65,6 +65,7 @@ PYTHON = [
     *FIRST,
     "run_parts",
     "period_report",
+    "sensitivity",
     "bounces",
     "run_record",
     "run",
@@ -122,6 +123,7 @@ BY_NAME = [REGISTRY, "__init__"]
 # What is handed back: it imports nouns and other results, nothing that computes or draws.
 RESULTS = [
     "run_parts",
+    "sensitivity",
     "period_report",
     "run_record",
     "bounces",

@@ -48,6 +48,7 @@ def results() -> dict[str, object]:
         run(),
         vi.simulate(STICKY, initial=START, periods=8),
         vi.simulate(STICKY, initial=START, periods=8).bounces(down_to=1e-3),
+        vi.simulate(STICKY, initial=START, periods=8).sensitivity("gap", "friction"),
         moving_run(),
         moving_run().final_state,
         orbit(),
@@ -133,6 +134,7 @@ def test_every_public_result_is_shown():
     assert {cls for cls in classes if not hasattr(cls, "plot")} == {
         *(vi.NotFound, vi.Stop, vi.StructureState),
         *(vi.Proof, vi.ProofBox, vi.SolutionsProof, vi.BranchProof),
+        vi.Sensitivity,
     }
 
 

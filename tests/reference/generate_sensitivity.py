@@ -25,7 +25,20 @@ H = fmpq(1, 10**25)
 #: Digits of the derivatives.
 DIGITS = 20
 STARTS = ("x1", "v1", "x2", "v2")
-PARAMETERS = ("mbar", "omega0", "r", "delta", "omega", "zeta1", "zeta2", "f1", "f2", "c1", "c2", "mu")
+PARAMETERS = (
+    "mbar",
+    "omega0",
+    "r",
+    "delta",
+    "omega",
+    "zeta1",
+    "zeta2",
+    "f1",
+    "f2",
+    "c1",
+    "c2",
+    "mu",
+)
 #: Parameters on the border of their range: derivatives from inside.
 ONE_SIDED = {"mbar": 0, "zeta1": 0, "zeta2": 0, "mu": 0, "omega0": 0}
 
@@ -71,9 +84,7 @@ def run_with(scene: Scene, changed: dict[str, fmpq], times: Callable[[System], A
     values = {**numbers(scene), **changed}
     system = System.parse({name: values[name] for name in PARAMETERS}, scene.contact)
     start = [values[name] for name in STARTS]
-    return follow(
-        system, start, times(system), phase=values["phi"], settings=FINER, law=scene.law
-    )
+    return follow(system, start, times(system), phase=values["phi"], settings=FINER, law=scene.law)
 
 
 def table(run: Run) -> list[arb]:

@@ -8,6 +8,7 @@ use super::by::{By, Needs};
 use super::error::SensitivityError;
 use crate::flight::FreeMotion;
 use crate::impact::{RegimeKind, resolve};
+use crate::model::angle::Angle;
 use crate::model::contact_coordinates::PreImpact;
 use crate::model::parameters::{Contact, System};
 use crate::model::state::{Clock, State};
@@ -17,6 +18,7 @@ use crate::tangent::Model;
 use crate::tangent::equation::{ByEquation, Loads, by_equation, by_phase};
 use crate::tangent::itinerary::{Leg, Signs};
 use crate::tangent::strike::{Departure, ImpactPoint, Numbers, Rates};
+use crate::tangent::tolerances::SHORT_HOP;
 
 /// Derivatives of one instant by one number.
 pub(super) type Column = [f64; 4];
@@ -32,6 +34,8 @@ pub(super) struct Differentiated {
     pub names: Vec<String>,
     needs: [Needs; 2],
     loads: [Option<Loads>; 2],
+    /// The fastest rate at which anything turns or decays.
+    fastest: f64,
 }
 
 /// The derivatives at one instant of a motion.
@@ -63,7 +67,9 @@ impl Differentiated {
             let wanted = needs.drive || needs.constant;
             wanted.then(|| Loads::new(&bodies[i], system.drive_frequency, model.motion.span))
         });
-        Self { system: *system, model, by, names, needs, loads }
+        let [pendulum, oscillator] = bodies.map(|body| body.fastest_rate());
+        let fastest = system.drive_frequency.max(pendulum).max(oscillator);
+        Self { system: *system, model, by, names, needs, loads, fastest }
     }
 
     /// d(2 pi/omega)/d omega; 0 of a drive that stands still, of which no periods are counted.
@@ -112,14 +118,16 @@ impl Differentiated {
         let transitions = self.model.motion.transitions(time);
         let added = self.added(here, time)?;
         let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] = transitions;
+        let ([r1, r2], [a1, a2]) = (rates.velocities, rates.accelerations);
         let columns = here.columns.iter().zip(&self.by).map(|(column, &by)| {
             let [x1, v1, v2, x2] = self.fixed(here, column, by);
-            let [a, b, c, d] = self.of(by, &added, here.clock, clock, rates);
+            let [a, b, c, d] = self.of(by, &added, here.clock);
+            let later = self.later(by, here.clock, clock);
             [
-                xx1 * x1 + xv1 * v1 + a,
-                vx1 * x1 + vv1 * v1 + b,
-                vx2 * x2 + vv2 * v2 + c,
-                xx2 * x2 + xv2 * v2 + d,
+                xx1 * x1 + xv1 * v1 + (a + r1 * later),
+                vx1 * x1 + vv1 * v1 + (b + a1 * later),
+                vx2 * x2 + vv2 * v2 + (c + a2 * later),
+                xx2 * x2 + xv2 * v2 + (d + r2 * later),
             ]
         });
         Ok(columns.collect())
@@ -172,8 +180,9 @@ impl Differentiated {
         Ok(added)
     }
 
-    /// What a flight between two instants adds to the derivatives by one number.
-    fn of(&self, by: By, added: &Added, from: Clock, to: Clock, rates: &Rates) -> Column {
+    /// What a flight between two instants adds to the derivatives by one number, at a fixed time after its
+    /// start.
+    fn of(&self, by: By, added: &Added, from: Clock) -> Column {
         let first = |[x, v]: [f64; 2]| [x, v, 0.0, 0.0];
         let second = |[x, v]: [f64; 2]| [0.0, 0.0, v, x];
         let both = |[[x1, v1], [x2, v2]]: [[f64; 2]; 2]| [x1, v1, v2, x2];
@@ -187,16 +196,92 @@ impl Differentiated {
             By::StaticForce => second(added.constant[1]),
             By::Phase => both(added.phase),
             By::DriveFrequency => {
-                // The phase of a time within a period, the drive in the flight, and its length.
-                let ([r1, r2], [a1, a2]) = (rates.velocities, rates.accelerations);
-                let later = (to.period - from.period) as f64 * self.period_rate();
+                // The phase of a time within a period, and the drive in the flight.
                 let ahead = both(added.phase).map(|x| from.time_in_period * x);
                 let turned = both(added.equation.map(|equation| equation.omega));
-                let delayed = [r1, a1, a2, r2];
-                std::array::from_fn(|i| ahead[i] + turned[i] + later * delayed[i])
+                std::array::from_fn(|i| ahead[i] + turned[i])
             }
             By::MassRatio | By::Restitution | By::Gap | By::Friction | By::Start(_) => [0.0; 4],
         }
+    }
+
+    /// By how much an instant in another drive period comes later in time.
+    fn later(&self, by: By, from: Clock, to: Clock) -> f64 {
+        match (by, to.period - from.period) {
+            (By::DriveFrequency, periods) if periods != 0 => periods as f64 * self.period_rate(),
+            _ => 0.0,
+        }
+    }
+
+    /// Derivatives at the end of the flight from here to an impact, at the impact's own time, and the
+    /// delay of that.
+    fn met(
+        &self,
+        here: &Here,
+        impact: &ImpactEvent,
+        rates: &Rates,
+        angle: Angle,
+    ) -> Result<Vec<Column>, SensitivityError> {
+        let drive = &self.model.motion.drive;
+        let time = drive.roughly_until(here.clock, impact.clock);
+        let per_approach = 1.0 / impact.impact.approach_velocity;
+        let ([r1, _], [a1, a2]) = (rates.velocities, rates.accelerations);
+        if let Some(slope) = here.departure.slope
+            && time * self.fastest < SHORT_HOP
+        {
+            return self.hopped(here, impact, rates, (slope, time));
+        }
+        let mut columns = self.flown(here, impact.clock, rates)?;
+        for (column, &by) in columns.iter_mut().zip(&self.by) {
+            let [x1, v1, v2, x2] = *column;
+            let delay = (x2 + moves_stop(by) - angle.cos * x1) * per_approach;
+            *column = [x1 + r1 * delay, v1 + a1 * delay, v2 + a2 * delay, delay];
+        }
+        Ok(columns)
+    }
+
+    /// As [`Self::met`], after a short flight from the contact. What the two bodies move alike would
+    /// leave its rounding, over a low approach velocity, in the time of the impact: the gap is
+    /// differentiated by what changes in it since the last event, at a fixed time after that.
+    fn hopped(
+        &self,
+        here: &Here,
+        impact: &ImpactEvent,
+        rates: &Rates,
+        (slope, time): (f64, f64),
+    ) -> Result<Vec<Column>, SensitivityError> {
+        let FreeMotion { drive, pendulum, oscillator, .. } = &self.model.motion;
+        let elapsed = DoubleDouble::new(time);
+        let added = self.added(here, time)?;
+        let start = self.model.trig(here.clock);
+        let by_time = [pendulum, oscillator]
+            .map(|body| by_phase(body, drive, start, elapsed).map(|x| drive.omega * x));
+        let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] =
+            [pendulum, oscillator].map(|body| body.transition_change(time));
+        let turned = match self.system.contact {
+            Contact::Direct => 0.0,
+            Contact::Oblique => {
+                let State { x1, v1, .. } = here.state;
+                let flight = pendulum.flight(x1, v1, drive.trig_at(here.clock));
+                let half = 0.5 * pendulum.at(&flight, time, &drive.turned(start, time)).increment;
+                -2.0 * (x1 + half).sin() * half.sin()
+            }
+        };
+        let ([r1, _], [a1, a2]) = (rates.velocities, rates.accelerations);
+        let per_approach = 1.0 / impact.impact.approach_velocity;
+        let columns = here.columns.iter().zip(&self.by).map(|(&[x1, v1, v2, dt], &by)| {
+            let x2 = slope * x1 - moves_stop(by);
+            let [a, b, c, d] = self.of(by, &added, here.clock);
+            let moved = xx1 * x1 + xv1 * v1 + a + by_time[0][0] * dt;
+            let other = xx2 * x2 + xv2 * v2 + d + by_time[1][0] * dt;
+            let x1 = x1 + moved;
+            let v1 = v1 + (vx1 * (x1 - moved) + vv1 * v1 + b + by_time[0][1] * dt);
+            let v2 = v2 + (vx2 * x2 + vv2 * v2 + c + by_time[1][1] * dt);
+            let longer = -(slope * moved - other + turned * x1) * per_approach;
+            let delay = dt + longer - self.later(by, here.clock, impact.clock);
+            [x1 + r1 * longer, v1 + a1 * longer, v2 + a2 * longer, delay]
+        });
+        Ok(columns.collect())
     }
 
     /// Carries the derivatives through the flight from here and the impact at its end; returns them just
@@ -208,8 +293,8 @@ impl Differentiated {
     ) -> Result<Vec<Column>, SensitivityError> {
         let system = &self.system;
         let before = self.rates(&impact.pre, impact.clock);
-        let mut columns = self.flown(here, impact.clock, &before)?;
         let angle = system.contact.angle(impact.pre.x1);
+        let columns = self.met(here, impact, &before, angle)?;
         let point = ImpactPoint {
             angle,
             turns: system.contact == Contact::Oblique,
@@ -224,14 +309,8 @@ impl Differentiated {
         };
         let (kind, signs) = self.regime(impact);
         let [by_slip, by_parting] = point.by_all(system.law, kind, signs);
-        let ([r1, _], [a1, a2]) = (before.velocities, before.accelerations);
-        let per_approach = 1.0 / point.approach_velocity;
         here.columns.clear();
-        for (column, &by) in columns.iter_mut().zip(&self.by) {
-            let [x1, v1, v2, x2] = *column;
-            let delay = (x2 + moves_stop(by) - angle.cos * x1) * per_approach;
-            *column = [x1 + r1 * delay, v1 + a1 * delay, v2 + a2 * delay, delay];
-            let [x1, v1, v2, _] = *column;
+        for (&[x1, v1, v2, delay], &by) in columns.iter().zip(&self.by) {
             let after = |row: &[f64; 6]| {
                 let direct = match by {
                     By::MassRatio => row[3],

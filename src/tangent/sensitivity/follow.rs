@@ -112,7 +112,8 @@ impl<'a> Follower<'a> {
             }
             self.leg.hops = matches!(event, Event::Chatter(_)) || simulation.skips_at(&event);
             for k in passed.0.drain(..) {
-                let clock = Clock::new(k, self.section_offset);
+                let period = k - i64::from(self.section_offset > 0.0);
+                let clock = Clock::new(period, self.section_offset);
                 if clock <= self.end && clock >= self.window {
                     self.section(clock)?;
                 }

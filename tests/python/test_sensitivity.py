@@ -1,0 +1,204 @@
+"""Derivatives of runs: against multipliers, differences of runs, and each other."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from small_results import START, run
+from systems import PAPER
+from vibroimpact._core import PARAMETERS
+
+STATE = ("x1", "v1", "x2", "v2")
+EVERY = [*PARAMETERS, *STATE]
+DAMPED = PAPER.replace(
+    damping=(0.02, 0.03), force_amplitude=0.3, static_moment=0.1, static_force=-0.05, phase=0.3
+)
+
+
+@pytest.mark.parametrize(
+    ("changes", "label"),
+    [
+        ({}, "1-1"),
+        ({"drive_frequency": 2.75, "moment_amplitude": 1.5, "pendulum_damping": 0.05}, "2-1"),
+        ({"friction": 0.3, "pendulum_damping": 0.02}, "1-1"),
+    ],
+)
+def test_sections_of_a_periodic_motion_have_its_multipliers(changes, label):
+    settled = vi.simulate(PAPER.replace(**changes), initial=START, periods=600, keep=10)
+    motion = settled.refine()
+    assert motion.label == label
+    around = vi.simulate(motion.system, initial=motion.sections[0], periods=motion.m)
+    matrix = around.sensitivity(*STATE).stroboscopic[-1]
+    found = np.sort_complex(np.linalg.eigvals(matrix))
+    assert found == pytest.approx(np.sort_complex(motion.multipliers), abs=1e-9)
+
+
+def everything(of: vi.Run, times) -> np.ndarray:
+    """All numbers that are differentiated, in one row."""
+    impacts = of.impacts
+    sides = [("x1", f"v1_{side}", "x2", f"v2_{side}") for side in ("pre", "post")]
+    states = [np.column_stack([impacts[name] for name in names]).ravel() for names in sides]
+    parts = [impacts["time"], *states, of.stroboscopic.ravel(), of.trajectory(times).ravel()]
+    return np.concatenate([*parts, of.final_state.state])
+
+
+def derivatives(found: vi.Sensitivity, times) -> np.ndarray:
+    k = len(found.names)
+    tables = [*found.impacts, found.stroboscopic, found.trajectory(times), found.final_state]
+    return np.concatenate([table.reshape(-1, k) for table in tables])
+
+
+def difference(system: vi.System, initial, name: str, observe, *, h: float) -> np.ndarray | None:
+    """Central differences of second order, extrapolated; None where events differ."""
+    rows = []
+    for step in (h, -h, h / 2, -h / 2):
+        start = dict(zip(STATE, initial, strict=True))
+        changed = system
+        if name in start:
+            start[name] += step
+        else:
+            changed = system.replace(**{name: getattr(system, name) + step})
+        rows.append(observe(changed, tuple(start.values())))
+    if len({row.shape for row in rows}) > 1:
+        return None
+    wide, narrow = (rows[0] - rows[1]) / (2 * h), (rows[2] - rows[3]) / h
+    return (4 * narrow - wide) / 3
+
+
+@pytest.mark.parametrize(
+    ("system", "time"),
+    [
+        (DAMPED, 12.0),
+        (DAMPED.replace(friction=0.4, drive_frequency=1.1), 12.0),
+        (DAMPED.replace(friction=1.4, law="energetic"), 12.0),
+        (DAMPED.replace(friction=0.8, law="newton"), 12.0),
+        (DAMPED.replace(contact="direct"), 12.0),
+        (DAMPED.replace(mass_ratio=0.01, friction=0.1), 12.0),
+        (DAMPED.replace(pendulum_damping=1.0, oscillator_damping=1.7), 12.0),
+        (DAMPED.replace(drive_frequency=2.0, pendulum_damping=0.0), 12.0),
+        # Chatter with contact that slides, sticks and is released.
+        (DAMPED.replace(restitution=0.3, drive_frequency=0.6, force_amplitude=0.8), 10.0),
+        (DAMPED.replace(restitution=0.3, drive_frequency=0.5, friction=0.9), 10.0),
+        (DAMPED.replace(restitution=0.0, drive_frequency=0.6, force_amplitude=0.8), 10.0),
+    ],
+)
+def test_derivatives_are_the_limits_of_differences(system, time):
+    of = vi.simulate(system, initial=START, time=time)
+    times = np.linspace(0.3, time - 0.3, 7)
+    found = of.sensitivity(*(name for name in EVERY if name not in at_its_border(system)))
+
+    def observe(changed, start):
+        return everything(vi.simulate(changed, initial=start, time=time), times)
+
+    exact = derivatives(found, times)
+    size = np.abs(exact).max(axis=0)
+    for column, name in enumerate(found.names):
+        near = difference(system, START, name, observe, h=1e-4)
+        assert near is not None
+        # What differences of a run leave of its digits.
+        assert near == pytest.approx(exact[:, column], abs=2e-8 * (1 + size[column])), name
+
+
+def at_its_border(system: vi.System) -> set[str]:
+    lower = {"friction", "restitution", "mass_ratio", "pendulum_damping"}
+    return {name for name in lower if getattr(system, name) == 0.0}
+
+
+def test_friction_has_a_derivative_where_there_is_none():
+    of = vi.simulate(PAPER, initial=START, time=10)
+    found = of.sensitivity("friction")
+    h = 1e-7
+    little = vi.simulate(PAPER.replace(friction=h), initial=START, time=10)
+    slope = (little.impacts["time"] - of.impacts["time"]) / h
+    assert found.impacts.time[:, 0] == pytest.approx(slope, rel=1e-5, abs=1e-6)
+
+
+def test_sections_lie_on_the_trajectory():
+    of = vi.simulate(DAMPED, initial=START, periods=4, section_phase=1.0)
+    names = ("gap", "phase", "drive_frequency")
+    found = of.sensitivity(*names)
+    period = DAMPED.drive_period
+    times = period * (np.arange(4) + 1.0 / (2 * np.pi))
+    fixed = found.trajectory(times)
+    assert found.stroboscopic[..., :2] == pytest.approx(fixed[..., :2], abs=1e-10)
+    # In time they move with the drive frequency.
+    rates = (of.trajectory(times + 1e-6) - of.trajectory(times - 1e-6)) / 2e-6
+    moved = fixed[..., 2] - rates * (times / DAMPED.drive_frequency)[:, np.newaxis]
+    assert found.stroboscopic[..., 2] == pytest.approx(moved, abs=1e-6)
+
+
+def test_a_kept_window_and_a_resumed_run_have_the_derivatives_of_the_whole():
+    whole = vi.simulate(DAMPED, initial=START, periods=20)
+    kept = vi.simulate(DAMPED, initial=START, periods=20, keep=5)
+    resumed = vi.simulate(DAMPED, initial=START, periods=12).resume(periods=8)
+    all_of_it = whole.sensitivity("gap", "drive_frequency")
+    for part in (kept, resumed):
+        found = part.sensitivity("gap", "drive_frequency")
+        assert len(found.impacts.time) == len(part.impacts) > 3
+        assert len(found.stroboscopic) == len(part.stroboscopic)
+        for mine, of_all in zip(found.impacts, all_of_it.impacts, strict=True):
+            assert (mine == of_all[-len(mine) :]).all()
+        assert (found.stroboscopic == all_of_it.stroboscopic[-len(part.stroboscopic) :]).all()
+        assert (found.final_state == all_of_it.final_state).all()
+        times = np.linspace(part.kept_from, part.final_state.time, 9)
+        assert (found.trajectory(times) == all_of_it.trajectory(times)).all()
+
+
+def test_a_graze_is_marked():
+    # The bodies touch without velocity: x1 = sin t meets a wall at rest at 1.
+    wall = vi.System(
+        mass_ratio=0, frequency_ratio=1, restitution=0.5, gap=1, drive_frequency=0, contact="direct"
+    )
+    of = vi.simulate(wall, initial=(0, 1, 0, 0), time=3)
+    assert len(of.grazes) == 1
+    found = of.sensitivity("gap", "v1")
+    (mark,) = found.one_sided
+    assert mark.reason == "graze"
+    assert of.events[mark.index]["kind"] == vi.EventKind.GRAZE
+    # The motion that goes by knows nothing of the wall.
+    assert found.final_state[:, 0] == pytest.approx([0, 0, 0, 0])
+    assert found.final_state[:2, 1] == pytest.approx([np.sin(3), np.cos(3)])
+
+
+def test_a_border_of_regimes_is_marked():
+    # x1' = 0 just before the impact.
+    edge = PAPER.replace(friction=0.5, gap=-np.sin(0.3))
+    of = vi.simulate(edge, initial=(-0.3, 0.0, 0.0, -0.5), time=0.5)
+    reasons = {mark.reason for mark in of.sensitivity("friction").one_sided}
+    assert reasons & {"start_on_contact", "regime_border"}
+
+
+@pytest.mark.parametrize(
+    "names", [(), ("gap", "gap"), ("gaps",), ("q_0",), ("contact",), ("gap", "nan")]
+)
+def test_bad_names_are_refused(names):
+    with pytest.raises(vi.ParameterError, match="names"):
+        run().sensitivity(*names)
+
+
+def test_friction_of_direct_contact_is_refused():
+    direct = vi.simulate(PAPER.replace(contact="direct"), initial=START, periods=2)
+    with pytest.raises(vi.ParameterError, match="friction"):
+        direct.sensitivity("friction")
+
+
+def test_the_names_are_what_the_arrays_are_by():
+    of = vi.simulate(DAMPED, initial=START, periods=3)
+    both, one = of.sensitivity("v1", "mass_ratio"), of.sensitivity("mass_ratio")
+    assert both.names == ("v1", "mass_ratio")
+    assert (both.impacts.before[..., 1] == one.impacts.before[..., 0]).all()
+    assert (both.final_state[:, 1] == one.final_state[:, 0]).all()
+    again = pickle.loads(pickle.dumps(both))
+    assert again == both
+    assert (again.final_state == both.final_state).all()
+    assert both != one
+
+
+def test_times_outside_of_the_window_are_refused():
+    found = vi.simulate(DAMPED, initial=START, periods=3).sensitivity("gap")
+    with pytest.raises(vi.ParameterError, match="kept window"):
+        found.trajectory([1.0, 1e3])
+    with pytest.raises(vi.ParameterError, match="t"):
+        found.trajectory(np.nan)
