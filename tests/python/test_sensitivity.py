@@ -6,15 +6,38 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from references import reference, scene_initial, scene_system
 from small_results import START, run
 from systems import PAPER
 from vibroimpact._core import PARAMETERS
+from vibroimpact.system import SYMBOLS
 
 STATE = ("x1", "v1", "x2", "v2")
 EVERY = [*PARAMETERS, *STATE]
+BY = {**SYMBOLS, "phi": "phase"}
 DAMPED = PAPER.replace(
     damping=(0.02, 0.03), force_amplitude=0.3, static_moment=0.1, static_force=-0.05, phase=0.3
 )
+
+
+SCENES = reference("sensitivity_reference.json")
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_derivatives_are_those_of_the_reference(name):
+    scene = SCENES[name]
+    system = scene_system(scene).replace(contact=scene["contact"], law=scene["law"])
+    of = vi.simulate(system, initial=scene_initial(scene), periods=scene["periods"])
+    found = of.sensitivity(*(BY.get(symbol, symbol) for symbol in scene["by"]))
+    number = len(scene["regimes"]) - 1
+    assert len(of.impacts) > number
+    time, before, after = (table[number] for table in found.impacts)
+    mine = [time, *before, after[1], after[3]]
+    for rows, at in ((mine, scene["impact"]), (found.stroboscopic[-1], scene["section"])):
+        exact = np.array([[float(value) for value in row] for row in at.values()])
+        # Relative to the derivatives of the whole state.
+        off = np.abs(np.array(rows) - exact).max(axis=0) / (1 + np.abs(exact).max(axis=0))
+        assert off.max() < 3e-14, found.names[off.argmax()]
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@
 
 Derivatives of runs by every parameter and by the start, as central differences of two runs of the
 reference simulator (hybrid.py, 544 bits) that differ by 2 H in one number: their error is that of
-the third derivatives times H^2/6, and of the runs divided by H. Inputs are float64, written so that
-reading the decimal gives the same bits. Format: tests/data/README.md.
+the third derivatives times H^2/6, and that of the runs divided by H. Inputs are float64, written so
+that reading the decimal gives the same bits. Format: tests/data/README.md.
 """
 
 from __future__ import annotations
@@ -20,97 +20,117 @@ from vibroimpact.reference.flight import System, exact
 from vibroimpact.reference.hybrid import FINER, Run, follow, sections
 
 NAME = "sensitivity_reference.json"
-#: Half the distance of the two numbers.
+#: Half the distance of the two numbers, and the digits that are left.
 H = fmpq(1, 10**25)
-#: Digits of the derivatives.
 DIGITS = 20
 STARTS = ("x1", "v1", "x2", "v2")
-PARAMETERS = (
-    "mbar",
-    "omega0",
-    "r",
-    "delta",
-    "omega",
-    "zeta1",
-    "zeta2",
-    "f1",
-    "f2",
-    "c1",
-    "c2",
-    "mu",
-)
-#: Parameters on the border of their range: derivatives from inside.
-ONE_SIDED = {"mbar": 0, "zeta1": 0, "zeta2": 0, "mu": 0, "omega0": 0}
+#: Parameters that may not be negative: at 0 there is no second run.
+POSITIVE = ("mbar", "omega0", "r", "omega", "zeta1", "zeta2", "mu")
+PARAMETERS = (*POSITIVE, "delta", "f1", "f2", "c1", "c2")
+#: What is told of an impact.
+IMPACT = ("time", "x1", "v1_pre", "x2", "v2_pre", "v1_post", "v2_post")
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A run that is differentiated."""
+    """A run, and up to which impact it is told."""
 
-    name: str
     parameters: dict[str, float]
-    initial: tuple[float, float, float, float] = (0.0, 0.5, 0.0, 0.0)
-    phase: float = 0.0
     periods: int = 3
+    phase: float = 0.0
     contact: str = "oblique"
     law: str = "poisson"
-    #: Parameters that the run is not differentiated by.
-    without: tuple[str, ...] = field(default=())
+    initial: tuple[float, float, float, float] = (0.0, 0.5, 0.0, 0.0)
+    impacts: int | None = field(default=None)
+
+    def numbers(self) -> dict[str, fmpq]:
+        """The parameters, the phase and the start, exactly."""
+        values = {name: exact(self.parameters.get(name, 0.0)) for name in PARAMETERS}
+        start = dict(zip(STARTS, map(exact, self.initial), strict=True))
+        return {**values, "phi": exact(self.phase), **start}
+
+    def names(self) -> list[str]:
+        """What the run is differentiated by: not what lies at the end of its range."""
+        numbers = self.numbers()
+        names = [name for name in numbers if name not in POSITIVE or numbers[name] > 0]
+        return [name for name in names if not (name == "mu" and self.contact == "direct")]
+
+    def run(self, changed: dict[str, fmpq]) -> Run:
+        """The run with numbers changed."""
+        values = {**self.numbers(), **changed}
+        system = System.parse({name: values[name] for name in PARAMETERS}, self.contact)
+        start = [values[name] for name in STARTS]
+        times: Callable[[], Sequence[arb]] = sections(system, self.periods)
+        return follow(system, start, times, phase=values["phi"], settings=FINER, law=self.law)
 
 
 _PAPER = {"mbar": 0.6, "omega0": 2.0, "r": 0.8, "delta": 0.5, "omega": 1.8, "f1": 1.0}
 _DAMPED = {**_PAPER, "zeta1": 0.02, "zeta2": 0.03, "f2": 0.3, "c1": 0.1, "c2": -0.05}
-SCENES: list[Scene] = []
+_LOW = {**_DAMPED, "r": 0.3, "f2": 0.8}
+_STICKY = {
+    **{"mbar": 0.6, "omega0": 2.0, "r": 0.3, "delta": 0.5, "omega": 0.25, "mu": 0.3},
+    **{"zeta1": 0.1, "zeta2": 0.1, "f1": 3.0, "f2": 1.5},
+}
+_WALL = {"mbar": 0.0, "omega0": 1.1, "r": 0.7, "delta": 0.1, "omega": 0.9, "f1": 1.0, "zeta1": 0.05}
+SCENES: dict[str, Scene] = {
+    "frictionless": Scene(_DAMPED, phase=0.3, periods=4),
+    "undamped": Scene(_PAPER),
+    "resonance": Scene({**_DAMPED, "zeta1": 0.0, "omega": 2.0}),
+    "overdamped": Scene({**_DAMPED, "zeta1": 1.0, "zeta2": 1.7, "delta": 0.1}),
+    "slip and reversal": Scene({**_DAMPED, "mu": 0.3}, periods=4),
+    "stick": Scene({**_DAMPED, "mu": 1.4, "omega": 1.3, "delta": 0.7, "f1": 2.0}),
+    "newton": Scene({**_DAMPED, "mu": 0.8, "omega": 2.2}, law="newton"),
+    "energetic": Scene({**_DAMPED, "mu": 0.8, "omega": 2.2}, law="energetic"),
+    "direct": Scene(_DAMPED, contact="direct"),
+    "moving wall": Scene({**_DAMPED, "mbar": 0.0, "mu": 0.2}),
+    "wall at rest": Scene(_WALL, contact="direct", initial=(0.0, 0.5, 0.0, 0.0)),
+    "chatter": Scene({**_LOW, "omega": 0.6}, periods=1, impacts=8),
+    "chatter with friction": Scene({**_LOW, "omega": 0.5, "mu": 0.4}, periods=1, impacts=8),
+    "chatter and stick": Scene(_STICKY, periods=1, impacts=4),
+    "plastic": Scene({**_DAMPED, "r": 0.0, "mu": 0.5, "omega": 1.1}),
+}
 
 
-def numbers(scene: Scene) -> dict[str, fmpq]:
-    """The parameters, the phase and the start, exactly."""
-    values = {name: exact(scene.parameters.get(name, 0.0)) for name in PARAMETERS}
-    start = dict(zip(STARTS, map(exact, scene.initial), strict=True))
-    return {**values, "phi": exact(scene.phase), **start}
+def told(run: Run, impacts: int | None) -> tuple[list[arb], list[arb]]:
+    """The last of so many impacts, and the last section."""
+    hit = run.hits[:impacts][-1]
+    names = ("time", "x1", "v1_pre", "x2", "v2_pre", "v1_post", "v2_post")
+    return [getattr(hit, name) for name in names], list(run.samples[-1])
 
 
-def names(scene: Scene) -> list[str]:
-    """What the run is differentiated by."""
-    border = [name for name, end in ONE_SIDED.items() if scene.parameters.get(name, 0.0) == end]
-    border += ["r"] if scene.parameters["r"] in (0.0, 1.0) else []
-    border += ["omega"] if scene.parameters["omega"] == 0.0 else []
-    without = {*scene.without, *border}
-    return [name for name in numbers(scene) if name not in without]
+def kinds(run: Run, impacts: int | None) -> tuple[list[str], list[str]]:
+    """What two runs must have alike to be differentiated."""
+    return [hit.regime for hit in run.hits[:impacts]], [phase.event for phase in run.phases]
 
 
-def run_with(scene: Scene, changed: dict[str, fmpq], times: Callable[[System], Any]) -> Run:
-    """The run with numbers changed; ``times`` makes its samples."""
-    values = {**numbers(scene), **changed}
-    system = System.parse({name: values[name] for name in PARAMETERS}, scene.contact)
-    start = [values[name] for name in STARTS]
-    return follow(system, start, times(system), phase=values["phi"], settings=FINER, law=scene.law)
-
-
-def table(run: Run) -> list[arb]:
-    """The last impact before any chatter, all contact events, and the sections."""
-    found: list[arb] = []
-    for hit in run.hits:
-        found += [hit.time, hit.x1, hit.v1_pre, hit.x2, hit.v2_pre, hit.v1_post, hit.v2_post]
-    for phase in run.phases:
-        found += [phase.time]
-    for sample in run.samples:
-        found += sample
-    return found
-
-
-def shape(run: Run) -> tuple[Any, ...]:
-    """What must be the same in both runs."""
-    return [hit.regime for hit in run.hits], [phase.event for phase in run.phases]
-
-
-def derivative(scene: Scene, name: str, kept: Callable[[Run], Sequence[arb]]) -> list[arb]:
-    """Derivatives of what is kept of a run."""
-    at = numbers(scene)[name]
-    until = lambda system: sections(system, scene.periods)  # noqa: E731
-    ahead, behind = (run_with(scene, {name: at + step}, until) for step in (H, -H))
-    if shape(ahead) != shape(behind):
-        raise ArithmeticError(f"{scene.name}: on a border in {name}")
-    with ctx.workprec(FINER.precision):
-        pairs = zip(kept(ahead), kept(behind), strict=True)
-        return [(a - b) / arb(2 * H) for a, b in pairs]
+def scene_record(name: str) -> dict[str, Any]:
+    """One scene of the file."""
+    scene = SCENES[name]
+    most, numbers = scene.impacts, scene.numbers()
+    at_impact: dict[str, list[str]] = {row: [] for row in IMPACT}
+    at_section: dict[str, list[str]] = {row: [] for row in STARTS}
+    met = scene.run({})
+    for by in scene.names():
+        ahead, behind = (scene.run({by: numbers[by] + step}) for step in (H, -H))
+        if not kinds(ahead, most) == kinds(behind, most) == kinds(met, most):
+            raise ArithmeticError(f"{name} lies on a border in {by}")
+        with ctx.workprec(FINER.precision):
+            for rows, there, back in zip(
+                (at_impact, at_section), told(ahead, most), told(behind, most), strict=True
+            ):
+                for row, a, b in zip(rows.values(), there, back, strict=True):
+                    slope = (a - b) / arb(2 * H)
+                    small = abs(slope) < arb(10) ** -DIGITS
+                    row.append("0" if small else slope.str(DIGITS, radius=False))
+    return {
+        "params": {key: repr(value) for key, value in scene.parameters.items()},
+        "contact": scene.contact,
+        "law": scene.law,
+        "initial": [repr(float(value)) for value in scene.initial],
+        "phase": repr(scene.phase),
+        "periods": scene.periods,
+        "by": scene.names(),
+        "regimes": kinds(met, most)[0],
+        "impact": at_impact,
+        "section": at_section,
+    }

@@ -29,6 +29,7 @@ from typing import Any
 from . import (
     generate_contact,
     generate_orbits,
+    generate_sensitivity,
     generate_structures,
     orbit_scenes,
     scenes,
@@ -80,6 +81,10 @@ def _orbits(name: str) -> Named:
     return [(name, generate_orbits.scene_record(orbit_scenes.SCENES[name]))]
 
 
+def _sensitivity(name: str) -> Named:
+    return [(name, generate_sensitivity.scene_record(name))]
+
+
 def _structures(name: str) -> Named:
     return [(name, generate_structures.case_record(structure_cases.CASES[name]))]
 
@@ -90,6 +95,7 @@ MAKERS: dict[str, Maker] = {
     "near_grazes.json": Maker(lambda: ["all"], _near_grazes),
     generate_contact.NAME: Maker(lambda: scenes.SCENES, _contact),
     generate_orbits.NAME: Maker(lambda: orbit_scenes.SCENES, _orbits),
+    generate_sensitivity.NAME: Maker(lambda: generate_sensitivity.SCENES, _sensitivity),
     generate_structures.NAME: Maker(lambda: structure_cases.CASES, _structures),
 }
 
