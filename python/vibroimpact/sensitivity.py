@@ -46,6 +46,14 @@ class ImpactSensitivity(NamedTuple):
     before: NDArray[np.float64]
     after: NDArray[np.float64]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle as read-only arrays."""
+        return _impacts, (self.time, self.before, self.after)
+
+
+def _impacts(*arrays: NDArray[np.float64]) -> ImpactSensitivity:
+    return ImpactSensitivity(*map(read_only, arrays))
+
 
 @dataclass(frozen=True, kw_only=True)
 class OneSided:
@@ -111,7 +119,7 @@ class Sensitivity(Shown):
     >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=10)
     >>> found = run.sensitivity("restitution", "v1")
     >>> found
-    <Sensitivity of 8 impacts and 10 sections by restitution, v1>
+    <Sensitivity of 9 impacts and 10 sections by restitution, v1>
     >>> found.final_state.shape
     (4, 2)
     """
@@ -135,9 +143,7 @@ class Sensitivity(Shown):
     def impacts(self) -> ImpactSensitivity:
         """Derivatives of the kept impacts: ``time``, ``before``, ``after``."""
         core = self._core
-        return ImpactSensitivity(
-            read_only(core.times), read_only(core.before), read_only(core.after)
-        )
+        return _impacts(core.times, core.before, core.after)
 
     @cached_property
     def stroboscopic(self) -> NDArray[np.float64]:
