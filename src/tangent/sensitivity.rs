@@ -6,6 +6,7 @@
 //! chatter, whose error is stated with its event.
 
 mod by;
+mod chatter;
 mod columns;
 mod contact;
 mod error;

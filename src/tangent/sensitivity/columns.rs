@@ -206,7 +206,7 @@ impl Differentiated {
     }
 
     /// By how much an instant in another drive period comes later in time.
-    fn later(&self, by: By, from: Clock, to: Clock) -> f64 {
+    pub fn later(&self, by: By, from: Clock, to: Clock) -> f64 {
         match (by, to.period - from.period) {
             (By::DriveFrequency, periods) if periods != 0 => periods as f64 * self.period_rate(),
             _ => 0.0,
@@ -284,13 +284,13 @@ impl Differentiated {
         Ok(columns.collect())
     }
 
-    /// Carries the derivatives through the flight from here and the impact at its end; returns them just
-    /// before it, at its time.
+    /// The derivatives just before the impact that ends the flight from here, at its time, and those after
+    /// it.
     pub fn strike(
         &self,
-        here: &mut Here,
+        here: &Here,
         impact: &ImpactEvent,
-    ) -> Result<Vec<Column>, SensitivityError> {
+    ) -> Result<(Vec<Column>, Here), SensitivityError> {
         let system = &self.system;
         let before = self.rates(&impact.pre, impact.clock);
         let angle = system.contact.angle(impact.pre.x1);
@@ -309,7 +309,7 @@ impl Differentiated {
         };
         let (kind, signs) = self.regime(impact);
         let [by_slip, by_parting] = point.by_all(system.law, kind, signs);
-        here.columns.clear();
+        let mut after_it = Vec::with_capacity(columns.len());
         for (&[x1, v1, v2, delay], &by) in columns.iter().zip(&self.by) {
             let after = |row: &[f64; 6]| {
                 let direct = match by {
@@ -320,14 +320,14 @@ impl Differentiated {
                 };
                 row[0] * x1 + row[1] * v1 + row[2] * v2 + direct
             };
-            here.columns.push([x1, after(&by_slip), after(&by_parting), delay]);
+            after_it.push([x1, after(&by_slip), after(&by_parting), delay]);
         }
         let FreeMotion { pendulum, oscillator, .. } = &self.model.motion;
         let decay_rates = [pendulum, oscillator].map(|body| body.equation.decay_rate);
         let rates = before.after([impact.post.v1, impact.post.v2], decay_rates);
-        here.departure = Departure { clock: impact.clock, rates, slope: Some(angle.cos) };
-        (here.state, here.clock) = (impact.post, impact.clock);
-        Ok(columns)
+        let departure = Departure { clock: impact.clock, rates, slope: Some(angle.cos) };
+        let (state, clock) = (impact.post, impact.clock);
+        Ok((columns, Here { state, clock, departure, columns: after_it }))
     }
 
     /// The regime of an impact, that of a faint friction where the derivative by friction is wanted and
@@ -353,6 +353,6 @@ impl Differentiated {
 }
 
 /// d g/d gap with the sign of x2: how far body 2 is in the tip's place.
-fn moves_stop(by: By) -> f64 {
+pub(super) fn moves_stop(by: By) -> f64 {
     f64::from(u8::from(by == By::Gap))
 }

@@ -1,14 +1,14 @@
 //! The motion of a run again, event by event, with its derivatives.
 
 use super::by::By;
-use super::columns::{Column, Differentiated, Here};
+use super::columns::{Column, Differentiated, Here, moves_stop};
 use super::error::SensitivityError;
 use super::marks::{OneSided, one_sided};
 use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
 use crate::simulate::event::{Event, ImpactEvent, StopReason};
 use crate::simulate::{Anchor, Observer, Simulation, impacts_hop_by_hop};
-use crate::tangent::itinerary::{LegChange, LegReader};
+use crate::tangent::itinerary::{Leg, LegChange, LegReader};
 use crate::tangent::tolerances::LOW_BOUNCE;
 
 /// The sections that a simulation has passed since they were last asked for.
@@ -160,31 +160,39 @@ impl<'a> Follower<'a> {
         if let Event::Graze(_) = event {
             return Ok(());
         }
+        if let (Event::Impact(impact), None) = (event, self.reader.mode) {
+            return self.impact(impact, time);
+        }
         if clock >= self.window {
             self.keep_leg();
         }
-        if let (Event::Impact(impact), None) = (event, self.reader.mode) {
-            self.impact(impact)?;
-        } else {
-            if let (Event::Chatter(_), Some(before)) = (event, self.before_low.take()) {
-                self.leg.here = before;
-            }
-            let mode = self.reader.mode;
-            match self.reader.read(&self.of.system, event) {
-                LegChange::Ends(leg, clock, state) => {
-                    let columns = self.of.passed(&self.leg.here, (leg, mode), clock)?;
-                    self.leg.here = self.of.event(columns, clock, state);
-                }
-                LegChange::Begins(state) => self.begin_contact(event.clock(), state)?,
-                LegChange::Nothing | LegChange::Stops(_) => {}
-            }
-            (self.before_low, self.last) = (None, 0.0);
+        if let Event::Chatter(_) = event {
+            let start = self.before_low.take().unwrap_or_else(|| self.leg.here.clone());
+            self.leg.here = start;
         }
+        let mode = self.reader.mode;
+        match self.reader.read(&self.of.system, event) {
+            LegChange::Ends(leg, clock, state) => {
+                let here = &self.leg.here;
+                let accumulated = match leg {
+                    Leg::Chatter => self.of.accumulated(here, clock, &state)?,
+                    _ => None,
+                };
+                let columns = match accumulated {
+                    Some(columns) => columns,
+                    None => self.of.passed(here, (leg, mode), clock)?,
+                };
+                self.leg.here = self.of.event(columns, clock, state);
+            }
+            LegChange::Begins(state) => self.begin_contact(clock, state)?,
+            LegChange::Nothing | LegChange::Stops(_) => {}
+        }
+        (self.before_low, self.last) = (None, 0.0);
         (self.leg.mode, self.leg.time) = (self.reader.mode, time);
         Ok(())
     }
 
-    fn impact(&mut self, impact: &ImpactEvent) -> Result<(), SensitivityError> {
+    fn impact(&mut self, impact: &ImpactEvent, time: f64) -> Result<(), SensitivityError> {
         let u = impact.impact.approach_velocity;
         self.largest = self.largest.max(u);
         // The impacts that lead into chatter are left to its leg (docs/theory.md, section 7).
@@ -194,20 +202,22 @@ impl<'a> Follower<'a> {
             self.before_low = Some(self.leg.here.clone());
         }
         self.last = u;
-        let before = self.of.strike(&mut self.leg.here, impact)?;
-        self.reader.mode = None;
+        let (before, here) = self.of.strike(&self.leg.here, impact)?;
+        let next = SensitiveLeg { here, mode: None, hops: false, time };
+        let leg = std::mem::replace(&mut self.leg, next);
         if impact.clock < self.window {
             return Ok(());
         }
         let here = &self.leg.here;
         let late = self.of.place(By::DriveFrequency);
         let rows = &mut self.rows;
+        rows.legs.push(leg);
         rows.impacts.push(*impact);
         let rate = impact.clock.period as f64 * self.of.period_rate();
         let times = before.iter().map(|column| column[3]).enumerate();
         rows.times.extend(times.map(|(i, dt)| if late == Some(i) { dt + rate } else { dt }));
-        rows.before.extend(rows_of(&self.of.with_place(here, &before)));
-        rows.after.extend(rows_of(&self.of.with_place(here, &here.columns)));
+        self.of.tell(here, &before, &mut rows.before);
+        self.of.tell(here, &here.columns, &mut rows.after);
         Ok(())
     }
 
@@ -238,7 +248,7 @@ impl SensitiveLeg {
             let anchor = Anchor::after_impact(here.clock, here.state);
             for event in impacts_hop_by_hop(&of.system, anchor, clock) {
                 if let Event::Impact(impact) = event {
-                    of.strike(&mut here, &impact)?;
+                    here = of.strike(&here, &impact)?.1;
                 }
             }
             return of.at(&here, clock);
@@ -278,13 +288,14 @@ impl Differentiated {
         self.by.iter().position(|&other| other == by)
     }
 
-    /// Columns of (x1, x1', x2', x2) at an event from those of (x1, x1', x2', t).
-    fn with_place(&self, here: &Here, columns: &[Column]) -> Vec<Column> {
+    /// Appends rows x1, x1', x2, x2' at an event, from columns of (x1, x1', x2', t).
+    fn tell(&self, here: &Here, columns: &[Column], rows: &mut Vec<f64>) {
         let slope = here.departure.slope.unwrap_or(0.0);
-        let with = |(&[x1, v1, v2, _], &by): (&Column, &By)| {
-            [x1, v1, v2, slope * x1 - f64::from(u8::from(by == By::Gap))]
-        };
-        columns.iter().zip(&self.by).map(with).collect()
+        rows.extend(columns.iter().map(|column| column[0]));
+        rows.extend(columns.iter().map(|column| column[1]));
+        let places = columns.iter().zip(&self.by);
+        rows.extend(places.map(|(column, &by)| slope * column[0] - moves_stop(by)));
+        rows.extend(columns.iter().map(|column| column[2]));
     }
 }
 
