@@ -51,7 +51,7 @@ pub struct Sensitivity<L = Legs> {
 /// The legs of a run with the derivatives at their starts.
 pub struct Legs {
     of: Differentiated,
-    legs: Vec<SensitiveLeg>,
+    all: Vec<SensitiveLeg>,
     span: (f64, f64),
 }
 
@@ -61,7 +61,7 @@ impl Sensitivity {
     /// # Errors
     /// [`SensitivityError`] within a contact phase that has none.
     pub fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
-        let Legs { of, legs, span: (from, to) } = &self.legs;
+        let Legs { of, all: legs, span: (from, to) } = &self.legs;
         let drive = &of.model.motion.drive;
         let mut rows = Vec::with_capacity(4 * self.names.len() * times.len());
         for &time in times {
@@ -150,6 +150,6 @@ pub fn sensitivity(
         stroboscopic: from(rows.stroboscopic, 4 * more_sections),
         final_state: rows_of(&final_state).collect(),
         one_sided: one_sided.collect(),
-        legs: Legs { of, legs: rows.legs, span: (run.kept_from(), run.final_state.time) },
+        legs: Legs { of, all: rows.legs, span: (run.kept_from(), run.final_state.time) },
     })
 }

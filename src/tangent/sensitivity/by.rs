@@ -58,13 +58,11 @@ impl By {
             "static_force" => Self::StaticForce,
             "friction" => Self::Friction,
             "phase" => Self::Phase,
-            _ => match STARTS.iter().position(|start| *start == name) {
-                Some(i) => Self::Start(i),
-                None => {
-                    let allowed = format!("one of {}, x1, v1, x2, v2", System::NUMERIC.join(", "));
-                    return Err(ParameterError::new("names", name, allowed));
-                }
-            },
+            _ => {
+                let place = STARTS.iter().position(|start| *start == name);
+                let allowed = || format!("one of {}, x1, v1, x2, v2", System::NUMERIC.join(", "));
+                Self::Start(place.ok_or_else(|| ParameterError::new("names", name, allowed()))?)
+            }
         };
         if by == Self::Friction && system.contact == Contact::Direct {
             return Err(ParameterError::new("names", name, "friction only of oblique contact"));
@@ -75,6 +73,7 @@ impl By {
 
 /// Which derivatives of a flight are needed of a body.
 #[derive(Debug, Clone, Copy, Default)]
+#[allow(clippy::struct_excessive_bools)] // any of them may be needed without the others
 pub(super) struct Needs {
     pub drive: bool,
     pub constant: bool,

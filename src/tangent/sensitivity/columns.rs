@@ -120,8 +120,8 @@ impl Differentiated {
         let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] = transitions;
         let ([r1, r2], [a1, a2]) = (rates.velocities, rates.accelerations);
         let columns = here.columns.iter().zip(&self.by).map(|(column, &by)| {
-            let [x1, v1, v2, x2] = self.fixed(here, column, by);
-            let [a, b, c, d] = self.of(by, &added, here.clock);
+            let [x1, v1, v2, x2] = Self::fixed(here, column, by);
+            let [a, b, c, d] = Self::of(by, &added, here.clock);
             let later = self.later(by, here.clock, clock);
             [
                 xx1 * x1 + xv1 * v1 + (a + r1 * later),
@@ -134,7 +134,7 @@ impl Differentiated {
     }
 
     /// At a fixed time: an event that comes later leaves the flight behind.
-    fn fixed(&self, here: &Here, column: &Column, by: By) -> Column {
+    fn fixed(here: &Here, column: &Column, by: By) -> Column {
         let Departure { rates, slope, .. } = &here.departure;
         let Some(slope) = slope else { return *column };
         let ([x1, v1, v2, dt], [r1, r2], [a1, a2]) =
@@ -182,7 +182,7 @@ impl Differentiated {
 
     /// What a flight between two instants adds to the derivatives by one number, at a fixed time after its
     /// start.
-    fn of(&self, by: By, added: &Added, from: Clock) -> Column {
+    fn of(by: By, added: &Added, from: Clock) -> Column {
         let first = |[x, v]: [f64; 2]| [x, v, 0.0, 0.0];
         let second = |[x, v]: [f64; 2]| [0.0, 0.0, v, x];
         let both = |[[x1, v1], [x2, v2]]: [[f64; 2]; 2]| [x1, v1, v2, x2];
@@ -271,7 +271,7 @@ impl Differentiated {
         let per_approach = 1.0 / impact.impact.approach_velocity;
         let columns = here.columns.iter().zip(&self.by).map(|(&[x1, v1, v2, dt], &by)| {
             let x2 = slope * x1 - moves_stop(by);
-            let [a, b, c, d] = self.of(by, &added, here.clock);
+            let [a, b, c, d] = Self::of(by, &added, here.clock);
             let moved = xx1 * x1 + xv1 * v1 + a + by_time[0][0] * dt;
             let other = xx2 * x2 + xv2 * v2 + d + by_time[1][0] * dt;
             let x1 = x1 + moved;
