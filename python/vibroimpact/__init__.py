@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from .bounces import Bounces
     from .explorer import explore
     from .files import load
+    from .fitting import ExpectedErrors, Fit, Record, expected_errors, fit, measure
     from .impact_maps import impact_agreement, impact_regimes
     from .impact_results import ImpactAgreement, ImpactRegimes
     from .orbits import (
@@ -111,6 +112,7 @@ else:
         "bounces": "Bounces",
         "explorer": "explore",
         "files": "load",
+        "fitting": "ExpectedErrors Fit Record expected_errors fit measure",
         "impact_maps": "ImpactAgreement ImpactRegimes impact_agreement impact_regimes",
         "orbits": """
             Bifurcation BifurcationCurve Branch ManifoldSide MotionSearch NotFound PeriodicMotion
@@ -178,7 +180,9 @@ __all__ = [
     "EnergyAudit",
     "EventKind",
     "Evidence",
+    "ExpectedErrors",
     "FinalState",
+    "Fit",
     "ImpactAgreement",
     "ImpactRegimes",
     "ImpactSensitivity",
@@ -200,6 +204,7 @@ __all__ = [
     "ProofError",
     "ProvedBifurcation",
     "ProvedStretch",
+    "Record",
     "Regime",
     "Run",
     "RunInSI",
@@ -230,13 +235,16 @@ __all__ = [
     "bifurcation_diagram",
     "chart",
     "check_proof",
+    "expected_errors",
     "explore",
+    "fit",
     "follow_motion",
     "impact",
     "impact_agreement",
     "impact_regimes",
     "load",
     "lyapunov_spectrum",
+    "measure",
     "motion_map",
     "nonsmooth_mode",
     "periodic_motion",

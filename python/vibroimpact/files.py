@@ -4,6 +4,7 @@ import os
 
 from . import archive
 from .arguments import path as checked_path
+from .fitting import Fit
 from .interruption import interruptible
 from .orbits import Branch, PeriodicMotion
 from .orbits.branch_files import branch_from_parts
@@ -16,7 +17,7 @@ from .sweeps.basins.files import basins_from_parts
 from .sweeps.merge import is_refined, open_levels
 
 Motion = PeriodicMotion | StructureOrbit | Branch
-Saved = Run | StructureRun | GridResult | Basins | LyapunovSpectrum | Motion
+Saved = Run | StructureRun | GridResult | Basins | LyapunovSpectrum | Motion | Fit
 
 
 @interruptible
@@ -50,6 +51,7 @@ def load(path: str | os.PathLike[str]) -> Saved:
         "run": Run._from_parts,
         "basins": basins_from_parts,
         "branch": branch_from_parts,
+        "fit": Fit._from_parts,
         "motion": motion_from_parts,
         "spectrum": LyapunovSpectrum._from_parts,
         "structure_motion": structure_motion_from_parts,

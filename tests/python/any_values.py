@@ -136,6 +136,8 @@ TAKES: dict[str, set[str]] = {
         *_NOT_NEGATIVE,
         *_ONE_DIMENSION,
     },
+    "errors or none": {*_NOT_NEGATIVE, *_ONE_DIMENSION, "none"},
+    "name or none": {*_NAMES, "word, zero byte", "word, empty", "none"},
     "numbers": {
         *("-0", "subnormal", "huge", "minus", "whole, minus", "whole float"),
         *("empty", "empty rows", "empty columns", "list of nothing", "rows of two", "states"),

@@ -316,6 +316,34 @@ def _(verification: vi.Verification) -> None:
 
 
 @assert_complete.register
+def _(record: vi.Record) -> None:
+    assert_finite(record.times, "times")
+    assert_finite(record.values, "values")
+    assert record.sigma is None or (record.sigma > 0.0).all()
+
+
+@assert_complete.register
+def _(found: vi.Fit) -> None:
+    assert_finite(found.estimates, "values")
+    assert_finite(found.covariance, "covariance")
+    assert_finite(found.correlation, "correlation")
+    assert_finite(found.predicted, "predicted")
+    assert_finite(found.chi2, "chi2")
+    # Infinite where nothing is known, and for rows that do not count.
+    for errors in (found.standard_errors, found.combination_errors, found.sigma):
+        assert not np.isnan(errors).any()
+    assert_complete(found.machine)
+    assert found.summary()
+
+
+@assert_complete.register
+def _(expected: vi.ExpectedErrors) -> None:
+    assert_finite(expected.covariance, "covariance")
+    assert not np.isnan(expected.standard_errors).any()
+    assert expected.summary()
+
+
+@assert_complete.register
 def _(proof: vi.Proof) -> None:
     assert proof.statement
     if proof.verdict != "proved":

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from fitting_calls import expected, found, heard
 from small_results import (
     START,
     branch,
@@ -88,6 +89,9 @@ def _results() -> dict[str, Any]:
         vi.Unproved(lo=1.0, hi=1.1, label="1-1", why="stability"),
         solutions_proof(),
         *proof().multipliers,
+        heard(),
+        found(),
+        expected(),
         vi.ProofError("damaged"),
         vi.ParameterError("gap = nan"),
         vi.StateError("x1 = nan"),
@@ -273,8 +277,8 @@ def test_eight_threads_at_once_get_the_bits_of_one():
             together = list(pool.map(work, range(24)))
     finally:
         sys.setswitchinterval(before)
-    for number, found in enumerate(together):
-        assert_same(found, alone[number % 4], set())
+    for number, each in enumerate(together):
+        assert_same(each, alone[number % 4], set())
 
 
 def _resident() -> int:

@@ -14,6 +14,7 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 
 import vibroimpact as vi
+from fitting_calls import expected, found, heard
 from small_results import (
     START,
     branch,
@@ -71,6 +72,9 @@ def results() -> dict[str, object]:
         vi.chart(ROUGH, drive_frequency=spread, gap=[0.4, 0.5], **few),
         vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20),
         vi.lyapunov_spectrum(ROUGH, initial=START, periods=40, keep=20, gap=[0.4, 0.5, 0.6]),
+        heard(),
+        found(),
+        expected(),
         proof().box,
         branch_proof(),
         solutions_proof(),
@@ -135,6 +139,7 @@ def test_every_public_result_is_shown():
         *(vi.NotFound, vi.Stop, vi.StructureState),
         *(vi.Proof, vi.ProofBox, vi.SolutionsProof, vi.BranchProof),
         vi.Sensitivity,
+        *(vi.Record, vi.ExpectedErrors),
     }
 
 

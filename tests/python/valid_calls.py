@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import vibroimpact as vi
+from fitting_calls import fitting_calls
 from proof_calls import proof_calls
 from small_results import START, branch, folder, grid_basins, motion, motions, region, run, saddle
 from structure_calls import structure_calls
@@ -409,6 +410,7 @@ def calls() -> dict[str, Call]:
         "Basins.uncertainty_exponent": Call(
             grid_basins().uncertainty_exponent, {"steps": [1, 2]}, {"steps": "steps or none"}
         ),
+        **{name: Call(*call) for name, call in fitting_calls().items()},
         "verify": Call(
             vi.verify,
             {"run": vi.simulate(ROUGH, initial=START, periods=1), "max_precision": 512},
@@ -467,7 +469,7 @@ def public_callables() -> Iterator[tuple[str, Callable[..., Any]]]:
             yield name, found
         if not inspect.isclass(found) or issubclass(found, BaseException | int):
             continue
-        if found in (vi.System, vi.Stop, vi.Structure):
+        if found in (vi.System, vi.Stop, vi.Structure, vi.Record):
             yield name, found
         for method in dir(found):
             function = inspect.getattr_static(found, method)

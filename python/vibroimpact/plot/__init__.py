@@ -13,6 +13,7 @@ from .chart import chart, chart_handles
 from .diagram import bifurcation, chatter_handles, contact_fraction, no_impact_handles
 from .film import Animation
 from .final_states import final_states
+from .fit import fit
 from .force import contact_force
 from .impacts import impact_agreement, impact_regimes
 from .labels import LABEL_STYLES, label_handles
@@ -69,6 +70,7 @@ __all__ = [
     "curve_handles",
     "displacement_history",
     "final_states",
+    "fit",
     "gap_history",
     "impact_agreement",
     "impact_count",

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..arguments import reject
 from ..errors import ParameterError
+from ..fitting import Fit
 from ..hints import close_to
 from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import Branch, PeriodicMotion
@@ -34,6 +35,7 @@ _DRAWN_BY: Final[tuple[tuple[type, str], ...]] = (
     (PeriodicMotion, "orbit, multipliers"),
     (StructureOrbit, "orbit, multipliers"),
     (Branch, "branches, multipliers"),
+    (Fit, "fit"),
     (Diagram, "bifurcation, contact_fraction"),
     (Basins, "basins"),
     (LyapunovSpectrum, "lyapunov"),

@@ -12,6 +12,7 @@ from typing import Any
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+from ..fitting import Fit
 from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import Bifurcation, PeriodicMotion
 from ..run import Run
@@ -75,6 +76,8 @@ def _image(result: Shown) -> str | None:
 def _axes(result: Shown, figure: Figure) -> dict[str, Any]:
     """Return where to draw a result, as an option of its function."""
     motion = result.motion if isinstance(result, Bifurcation) else result
+    if isinstance(result, Fit):
+        return {"axes": list(figure.subplots(2, 1, height_ratios=(2, 1)))}
     if isinstance(motion, StructureOrbit):
         return {"axes": list(figure.subplots(1, 2))}
     if isinstance(motion, PeriodicMotion):

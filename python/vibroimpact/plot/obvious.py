@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arguments import reject
 from ..bounces import Bounces
+from ..fitting import Fit
 from ..impact_results import ImpactAgreement, ImpactRegimes
 from ..orbits import (
     Bifurcation,
@@ -35,6 +36,7 @@ from .branches import bifurcation_curves, branches
 from .chart import chart
 from .diagram import bifurcation
 from .final_states import final_states
+from .fit import fit
 from .impacts import impact_agreement, impact_regimes
 from .lyapunov import lyapunov
 from .machine import machine
@@ -65,6 +67,7 @@ _FUNCTIONS: dict[type, Callable[..., Any]] = {
     Bounces: bounces,
     Branch: branches,
     Diagram: bifurcation,
+    Fit: fit,
     ImpactAgreement: impact_agreement,
     ImpactRegimes: impact_regimes,
     LyapunovSpectrum: lyapunov,

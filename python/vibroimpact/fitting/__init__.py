@@ -1,0 +1,8 @@
+"""From a record of a motion to the numbers of the machine, with their errors."""
+
+from .call import expected_errors, fit
+from .measuring import measure
+from .record import Record
+from .result import ExpectedErrors, Fit
+
+__all__ = ["ExpectedErrors", "Fit", "Record", "expected_errors", "fit", "measure"]

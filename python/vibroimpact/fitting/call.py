@@ -1,0 +1,303 @@
+"""The calls: a machine from records, and the errors that a measurement would leave."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import count, reject, several
+from ..errors import Interrupted, ParameterError, StateError
+from ..hints import close_to
+from ..interruption import interruptible
+from ..machine_kinds import need_system
+from ..run import Run
+from ..scales import Units
+from ..simulation import simulate
+from ..system import System
+from .judgement import judged
+from .minimum import Found
+from .prediction import kinds_of
+from .problem import Point, Problem, Window
+from .record import Record
+from .result import ExpectedErrors, Fit
+from .search import Search
+from .sigmas import estimated, first_sigmas
+from .statistics import LOSSES, determination
+from .unknowns import Unknowns, unknowns_of
+
+Array = NDArray[np.float64]
+
+# Drive periods, or periods 2 pi of the second body, that a record may last.
+_LONGEST = 20_000
+# Rounds in which unknown standard errors are estimated, until they change by less.
+_MOST_ROUNDS, _STEADY = 6, 0.01
+# Starts of the search at most.
+_MOST_STARTS = 1000
+
+
+@interruptible
+def fit(
+    record: Record | Sequence[Record],
+    system: System,
+    *,
+    unknown: Sequence[str] | Mapping[str, tuple[float, float] | None],
+    initial: ArrayLike,
+    loss: str = "linear",
+    starts: int = 5,
+    seed: int = 0,
+    units: Units | None = None,
+) -> Fit:
+    """Find numbers of a machine from a record of its motion, by least squares.
+
+    Derivatives are exact, through impacts too. The motion is cut into segments where small
+    differences grow (multiple shooting), and the part of the record that is fitted grows from its
+    start, so that chaotic and long records can be fitted.
+
+    Parameters
+    ----------
+    record
+        What was measured, or several records of the same motion.
+    system
+        The machine, with first guesses of what is unknown and all other numbers as they are.
+    unknown
+        Names of what is looked for: numbers of the system, and coordinates of the start
+        (``"x1"``, ``"v1"``, ``"x2"``, ``"v2"``; ``"start"`` for all of them). Or a mapping from
+        names to ranges (low, high), None for those that nature sets.
+    initial
+        The start (x1, v1, x2, v2) at t = 0, with first guesses of what is unknown.
+    loss
+        ``"linear"``, least squares; or what bears outliers: ``"huber"``, ``"soft_l1"``,
+        ``"cauchy"``, with constants for 95 % efficiency at normal errors (``"soft_l1"`` between).
+    starts
+        How many starts of the search are tried, until one fits: the first guesses, then random
+        ones, in the ranges or, where there are none, around the guesses.
+    seed
+        Of the random starts.
+    units
+        ``"SI"``: records and ``initial`` are in s, rad, m and their quotients, and the system has
+        scales. The numbers of the system, and all of the result, stay dimensionless.
+
+    Returns
+    -------
+    Fit
+        Values with standard errors and correlations, what stays undetermined, and a verdict
+        whether the model fits.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range; of a record it names the row.
+    StateError
+        If the start is not finite, or the bodies overlap in it.
+    Interrupted
+        After Ctrl-C; ``.result`` is the best Fit of the starts tried so far, or None.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1, friction=0.2)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=30)
+    >>> record = vi.measure(run, "impact_times", noise=0.001)
+    >>> guess = system.replace(restitution=0.6, friction=0.4)
+    >>> found = vi.fit(record, guess, unknown=["restitution", "friction"], initial=run.initial)
+    >>> found.verdict, round(found.values["restitution"], 2), round(found.values["friction"], 2)
+    ('fits', 0.8, 0.2)
+    """
+    need_system(system)
+    records = _records(record)
+    start = _one_start(system, initial)
+    scales = system._chosen(units)
+    if scales is not None:
+        records = [record._in_units_of(scales) for record in records]
+        start = scales.from_si(start)
+    unknowns = unknowns_of(unknown, system, start)
+    _check_records(records, system)
+    if not isinstance(loss, str) or loss not in LOSSES:
+        reject("loss", loss, ", ".join(map(repr, LOSSES)))
+    starts = count("starts", starts, least=1, most=_MOST_STARTS)
+    random = np.random.default_rng(count("seed", seed, least=0))
+    simulate(system, initial=start.tolist(), time=1e-9)  # refuses a start that overlaps
+    problem = Problem(system, start, unknowns, records)
+    given = unknowns.values_of(system, start)
+    best: Fit | None = None
+    try:
+        for number in range(starts):
+            values = given if number == 0 else _drawn(unknowns, given, random)
+            found = _fitted(problem, values, loss)
+            if best is None or _is_better(found, best):
+                best = found
+            if found.verdict in ("fits", "not identifiable"):
+                break
+    except Interrupted as stopped:
+        held = "nothing" if best is None else "the best fit so far"
+        raise Interrupted("interrupted while fitting", best, holds=held) from stopped
+    assert best is not None
+    return best
+
+
+@interruptible
+def expected_errors(
+    run: Run,
+    record: Record | Sequence[Record],
+    *,
+    unknown: Sequence[str] | Mapping[str, tuple[float, float] | None],
+) -> ExpectedErrors:
+    """Return the standard errors that a measurement would leave, before it is made.
+
+    They come from the Fisher matrix: the derivatives of what would be measured.
+
+    Parameters
+    ----------
+    run
+        The motion that would be measured.
+    record
+        The plan: records with times and ``sigma``, as ``measure`` with ``noise`` makes them; the
+        values do not matter.
+    unknown
+        As in ``fit``.
+
+    Returns
+    -------
+    ExpectedErrors
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range, or a record has no ``sigma``.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=20)
+    >>> plan = vi.measure(run, "x1", noise=0.01, sampling=0.2)
+    >>> errors = vi.expected_errors(run, plan, unknown=["restitution", "gap"]).errors
+    >>> errors["restitution"] < 0.01
+    True
+    """
+    if not isinstance(run, Run):
+        reject("run", run, "a vibroimpact.Run")
+    records = _records(record)
+    for number, each in enumerate(records):
+        if each.sigma is None:
+            reject(f"record[{number}]", each, "a record with sigma")
+    start = np.array(run.initial, dtype=np.float64).ravel()
+    unknowns = unknowns_of(unknown, run.system, start)
+    _check_records(records, run.system)
+    problem = Problem(run.system, start, unknowns, records)
+    sigmas = [each.sigma for each in records if each.sigma is not None]
+    search = Search(problem, sigmas, "linear")
+    values = unknowns.values_of(run.system, start)
+    end = max(float(each.times[-1]) for each in records)
+    window = Window((0.0,), max(end, 1e-9))
+    point = Point(values, np.zeros((0, len(start))))
+    evaluation = problem.evaluate(point, window)
+    if evaluation is None or evaluation.missing:
+        reject("record", record, "times of impacts, and times, that this motion has")
+    found = Found(point, window, evaluation, 0.0, True, True, 0)
+    derived = search.weighted_derivative(found)
+    if derived is None:
+        raise ParameterError(
+            "the run has an event at which derivatives do not exist, such as a graze; no errors "
+            "can be expected of it"
+        )
+    known = determination(derived[0], unknowns.scales, 1.0)
+    return ExpectedErrors(
+        names=unknowns.names,
+        estimates=values,
+        covariance=known.covariance,
+        standard_errors=known.errors,
+        combinations=known.open,
+        combination_errors=known.open_errors,
+        rows=sum(map(len, records)),
+    )
+
+
+def _records(given: Any) -> list[Record]:
+    """Return one record, or several, as a list."""
+    if isinstance(given, bytes | bytearray):  # a sequence of numbers to Python
+        reject("record", given, "a vibroimpact.Record or a sequence of them")
+    return several("record", given, Record)
+
+
+def _one_start(system: System, initial: Any) -> Array:
+    """Return one start, flat."""
+    states = system._starts(initial)
+    if states.ndim != system._AXES:
+        raise StateError(f"initial of shape {states.shape} is not allowed; allowed: one start")
+    return np.array(states, dtype=np.float64).ravel()
+
+
+def _check_records(records: list[Record], system: System) -> None:
+    """Refuse kinds that the machine does not have, and times that cannot be meant."""
+    kinds = kinds_of(system)
+    longest = _LONGEST * min(system.drive_period, 2.0 * np.pi)
+    for number, record in enumerate(records):
+        where = f"record[{number}]" if len(records) > 1 else "record"
+        if record.kind not in kinds:
+            hint = close_to(record.kind, kinds) or ";"
+            raise ParameterError(
+                f"{where}.kind = {record.kind!r} is not allowed{hint} allowed: {', '.join(kinds)}"
+            )
+        late = np.flatnonzero(record.times > longest)
+        if len(late):
+            row = int(late[0])
+            raise ParameterError(
+                f"{where}.times[{row}] = {record.times[row].item()!r} is not allowed; allowed: "
+                f"times up to {longest:.6g}, {_LONGEST} periods; they are in units of 1/omega_2: "
+                "is the record in other units?"
+            )
+
+
+def _drawn(unknowns: Unknowns, given: Array, random: np.random.Generator) -> Array:
+    """Return random values to start from: in the ranges, or as far from the guesses as they are."""
+    low = np.where(np.isfinite(unknowns.low), unknowns.low, -np.inf)
+    finite = np.isfinite(unknowns.low) & np.isfinite(unknowns.high)
+    near_low = np.where(finite, low, np.maximum(given - unknowns.scales, low))
+    near_high = np.where(finite, unknowns.high, np.minimum(given + unknowns.scales, unknowns.high))
+    return near_low + (near_high - near_low) * random.random(len(given))
+
+
+def _fitted(problem: Problem, values: Array, loss: str) -> Fit:
+    """Return the fit of one start of the search, with its verdict."""
+    sigmas = first_sigmas(problem.records)
+    search = Search(problem, sigmas, loss)
+    found = search.run(values)
+    for _ in range(_MOST_ROUNDS):
+        if found is None:
+            break
+        better = estimated(search, found, sigmas)
+        if better is None:
+            break
+        changes = [
+            float(np.abs(new / old - 1.0).max()) for new, old in zip(better, sigmas, strict=True)
+        ]
+        sigmas = better
+        found = search.again(found, sigmas)
+        if max(changes) < _STEADY:
+            break
+    return judged(problem, search, found, values)
+
+
+def _is_better(one: Fit, other: Fit) -> bool:
+    """Whether a fit is better than another one of the same records."""
+    ranks = {"fits": 0, "not identifiable": 0, "residuals too large": 1}
+    first, second = (ranks.get(each.verdict, 2) for each in (one, other))
+    if first != second:
+        return first < second
+    return _misfit(one) < _misfit(other)
+
+
+def _misfit(found: Fit) -> float:
+    """Return how far predictions are off, in the same units whatever sigma was taken for."""
+    sizes = [max(float(np.std(record.values)), 1e-12) for record in found.records]
+    parts = [
+        float(np.mean(np.minimum((residuals / size) ** 2, 1e6)))
+        for residuals, size in zip(found.residuals, sizes, strict=True)
+    ]
+    return sum(parts)

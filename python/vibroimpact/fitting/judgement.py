@@ -1,0 +1,199 @@
+"""The verdict on a fit: whether it is one, and what the records leave open."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..showing import counted
+from .minimum import Found
+from .problem import Problem
+from .record import IMPACT_TIMES
+from .result import Fit, Verdict
+from .search import Search
+from .statistics import chi2_tail, determination, inflation, ljung_box, runs_test
+
+Array = NDArray[np.float64]
+
+# A test with less probability by chance speaks against the model.
+_LEAST_PROBABILITY = 1e-3
+# A value or interval is in other units if it is so many times what the machine does.
+_OTHER_UNITS = 15.0
+# Residuals in standard errors count at most so much in tests of order: outliers are no order. A
+# robust loss leaves out those beyond; of more than this part of the others they are no outliers.
+_OUTLIER, _MOST_OUTLIERS = 4.0, 0.25
+
+
+def judged(problem: Problem, search: Search, found: Found | None, values: Array) -> Fit:
+    """Return the fit of a search, with its verdict."""
+    unknowns = problem.unknowns
+    rows = sum(map(len, problem.records))
+    count = len(unknowns.names)
+    sigma = np.concatenate(search.sigmas)
+    measured = np.concatenate([record.values for record in problem.records])
+    point = values if found is None else found.point.values
+    nothing = np.full(count, np.inf)
+    common: dict[str, Any] = {
+        "machine": unknowns.machine_of(problem.system, point),
+        "initial": tuple(unknowns.start_of(problem.initial, point).tolist()),
+        "names": unknowns.names,
+        "estimates": point.copy(),
+        "records": tuple(problem.records),
+        "sigma": sigma,
+        "dof": max(rows - count, 0),
+        "loss": search.loss,
+        "steps": search.steps,
+        "segments": (0.0,) if found is None else found.window.borders,
+    }
+    derived = None
+    if found is not None and found.whole:
+        derived = search.weighted_derivative(found)
+    if found is None or derived is None:
+        predicted, reason = _unfinished(found, measured)
+        z = (measured - predicted) / sigma
+        return Fit(
+            verdict="not converged",
+            reasons=(reason, *_units(problem, found)),
+            covariance=np.diag(unknowns.scales**2),
+            standard_errors=nothing,
+            combinations=np.eye(count),
+            combination_errors=nothing,
+            at_bounds=(),
+            predicted=predicted,
+            chi2=float(z @ z),
+            probability=None,
+            **common,
+        )
+    derivative, weighted = derived
+    weighted = [
+        each[np.isfinite(sigma)] for each, sigma in zip(weighted, search.sigmas, strict=True)
+    ]
+    variance = inflation(search.loss, np.concatenate(weighted), count)
+    outliers = 0
+    if search.loss != "linear":  # it gives outliers little weight, and so does the verdict
+        kept = [each[np.abs(each) <= _OUTLIER] for each in weighted]
+        outliers = sum(map(len, weighted)) - sum(map(len, kept))
+        weighted = kept
+    z = np.concatenate(weighted)
+    rows = len(z)
+    common["dof"] = max(rows - count, 0)
+    chi2 = float(z @ z)
+    probability = _probability(problem, weighted, count)
+    reasons = _reasons(problem, found, weighted, probability)
+    if outliers > _MOST_OUTLIERS * rows:
+        many = f"{outliers} of {rows + outliers} rows"
+        reasons.append(("residuals too large", f"{many} are more than 4 standard errors off"))
+    verdict = _verdict(reasons)
+    dof = common["dof"]
+    if verdict in ("systematic residuals", "residuals too large") and dof:
+        variance *= max(1.0, chi2 / dof)
+    known = determination(derivative, unknowns.scales, variance)
+    said = [sentence for _, sentence in reasons]
+    if outliers and verdict == "fits":
+        many = counted(outliers, "outlier")
+        said.append(f"{many}, more than 4 standard errors off, with little weight")
+    if verdict == "fits" and len(known.open):
+        verdict = "not identifiable"
+    if verdict == "fits" and rows <= count and any(r.sigma is None for r in problem.records):
+        verdict = "not identifiable"
+        said.append("there are no more rows than unknowns: nothing tells their errors")
+    if verdict != "fits":
+        said += _units(problem, found)
+    low, high = unknowns.low, unknowns.high
+    ends = (point <= low) | (point >= high)
+    return Fit(
+        verdict=verdict,
+        reasons=tuple(said),
+        covariance=known.covariance,
+        standard_errors=known.errors,
+        combinations=known.open,
+        combination_errors=known.open_errors,
+        at_bounds=tuple(name for name, at in zip(unknowns.names, ends, strict=True) if at),
+        predicted=np.concatenate(found.evaluation.predicted),
+        chi2=chi2,
+        probability=probability,
+        **common,
+    )
+
+
+def _unfinished(found: Found | None, measured: Array) -> tuple[Array, str]:
+    """Return predictions of a search that came to nothing, and why it did."""
+    if found is None:
+        return np.zeros(len(measured)), "the machine has no motion at the first guesses"
+    predicted = np.concatenate(found.evaluation.predicted)
+    if len(predicted) != len(measured):
+        return np.zeros(len(measured)), "the search did not reach the end of the records"
+    return predicted, "derivatives do not exist where the search ended, such as at a graze"
+
+
+def _probability(problem: Problem, weighted: list[Array], unknowns: int) -> float | None:
+    """Return the probability of so large residuals by chance, of records with known errors."""
+    known = [z for z, r in zip(weighted, problem.records, strict=True) if r.sigma is not None]
+    if not known:
+        return None
+    rows = sum(map(len, known))
+    # Records without errors take their part of the unknowns.
+    share = unknowns * rows / max(1, sum(map(len, weighted)))
+    if rows <= share:
+        return 1.0
+    return chi2_tail(float(sum(z @ z for z in known)), rows - share)
+
+
+# Each reason has the verdict that it leads to.
+_Reason = tuple[Verdict, str]
+
+
+def _reasons(
+    problem: Problem, found: Found, weighted: list[Array], probability: float | None
+) -> list[_Reason]:
+    """Return what speaks against the fit."""
+    reasons: list[_Reason] = []
+    if not found.converged:
+        reasons.append(("not converged", f"no minimum was reached in {found.steps} steps"))
+    if missing := found.evaluation.missing:
+        many = counted(missing, "impact")
+        reasons.append(("systematic residuals", f"the motion found lacks {many} of the record"))
+    if extra := found.evaluation.unheard(found.window.end):
+        many = counted(len(extra), "impact")
+        said = f"the motion found has {many} that are not in the record"
+        reasons.append(("systematic residuals", f"{said}, approach velocities to {max(extra):.2g}"))
+    tests = 2 * len(weighted)
+    for record, z in zip(problem.records, weighted, strict=True):
+        bounded = np.clip(z, -_OUTLIER, _OUTLIER)
+        for test, told in ((ljung_box, "neighbours alike"), (runs_test, "signs in runs")):
+            chance = test(bounded)
+            if chance * tests < _LEAST_PROBABILITY:
+                said = f"the residuals of {record.name} are not random: {told} (p = {chance:.1e})"
+                reasons.append(("systematic residuals", said))
+    if probability is not None and probability < _LEAST_PROBABILITY:
+        verdict: Verdict = "residuals too large"
+        said = f"the residuals are larger than the stated sigma (p = {probability:.1e})"
+        reasons.append((verdict, said))
+    return reasons
+
+
+def _verdict(reasons: list[_Reason]) -> Verdict:
+    """Return the worst verdict of some reasons."""
+    order: tuple[Verdict, ...] = ("not converged", "systematic residuals", "residuals too large")
+    found = {verdict for verdict, _ in reasons}
+    return next((verdict for verdict in order if verdict in found), "fits")
+
+
+def _units(problem: Problem, found: Found | None) -> list[str]:
+    """Return sentences on records that seem to be in other units than the machine."""
+    if found is None:
+        return []
+    said = []
+    for record, predicted in zip(problem.records, found.evaluation.predicted, strict=True):
+        kept = predicted[np.isfinite(predicted)]
+        if record.kind == IMPACT_TIMES:
+            continue
+        mine, theirs = float(np.std(kept)) if len(kept) else 0.0, float(np.std(record.values))
+        if mine > 0.0 and theirs > 0.0 and not 1.0 / _OTHER_UNITS < theirs / mine < _OTHER_UNITS:
+            said.append(
+                f"{record.name} varies {theirs / mine:.3g} times as much as the machine's: is it "
+                "in other units?"
+            )
+    return said

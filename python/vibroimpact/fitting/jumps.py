@@ -1,0 +1,129 @@
+"""Velocities and accelerations jump at impacts: how a search gets past that.
+
+A row beside an impact changes by the jump when the predicted impact passes it, and its derivative
+does not tell. While the search is under way, rows may be right at another instant, some rows away:
+their standard errors are widened by what changes in that time. In the end rows that are so near to
+an impact that the fit cannot tell on which side of it they are do not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SimulationError
+from .problem import Point, Problem, Window
+from .record import IMPACT_TIMES, Record
+from .unknowns import coordinates_of
+
+Array = NDArray[np.float64]
+
+WIDTHS = (4, 2, 1)
+"""How many rows the instants may be wrong by, one after another."""
+
+# Standard errors of an impact's time within which rows do not count, and at most so many rows.
+_ERRORS, _MOST_ROWS = 4.0, 2.0
+# A derivative that has left the range of floats.
+_MOST = 1e100
+# The same as a part of the median interval between impacts, for rows that are far apart.
+_OF_INTERVAL = 0.1
+
+
+def jumps(record: Record, problem: Problem) -> bool:
+    """Whether what is recorded jumps at impacts."""
+    if record.kind == IMPACT_TIMES:
+        return False
+    return record.kind not in coordinates_of(problem.system) or record.kind[0] == "v"
+
+
+def widened(problem: Problem, sigmas: Sequence[Array], width: int) -> list[Array]:
+    """Return standard errors that allow for instants that are wrong by some rows."""
+    found = []
+    for record, sigma in zip(problem.records, sigmas, strict=True):
+        if jumps(record, problem):
+            values, most = record.values, np.zeros(len(record))
+            for k in range(1, min(width, len(values) - 1) + 1):
+                change = np.abs(values[k:] - values[:-k])
+                most[k:] = np.maximum(most[k:], change)
+                most[:-k] = np.maximum(most[:-k], change)
+            sigma = np.hypot(sigma, 0.5 * most)
+        found.append(sigma)
+    return found
+
+
+def without_edges(
+    problem: Problem, point: Point, window: Window, sigmas: Sequence[Array], covariance: Array
+) -> list[Array]:
+    """Return standard errors that are infinite for rows on which side of an impact is not known.
+
+    ``covariance`` is that of the unknowns.
+    """
+    times, errors = _impacts(problem, point, window, covariance)
+    found = []
+    for record, sigma in zip(problem.records, sigmas, strict=True):
+        if jumps(record, problem) and len(times) and len(record) > 1:
+            most = _MOST_ROWS * float(np.median(np.diff(record.times)))
+            if len(times) > 1:
+                most = min(most, _OF_INTERVAL * float(np.median(np.diff(times))))
+            reach = np.minimum(_ERRORS * errors, most)
+            first = np.searchsorted(record.times, times - reach, "left")
+            last = np.searchsorted(record.times, times + reach, "right")
+            sigma = sigma.copy()
+            for begin, end in zip(first.tolist(), last.tolist(), strict=True):
+                sigma[begin:end] = np.inf
+        found.append(sigma)
+    return found
+
+
+def _impacts(
+    problem: Problem, point: Point, window: Window, covariance: Array
+) -> tuple[Array, Array]:
+    """Return the times of all impacts of a motion, and their standard errors."""
+    found = problem.evaluate(point, window)
+    if found is None:
+        return np.zeros(0), np.zeros(0)
+    parts = [
+        begin + np.asarray(run.impacts["time"])
+        for run, begin in zip(found.runs, window.borders, strict=True)
+    ]
+    ends = (*window.borders[1:], window.end)
+    kept = [part[part <= end] for part, end in zip(parts, ends, strict=True)]
+    times = np.unique(np.concatenate([np.zeros(0), *kept]))
+    if not len(times):
+        return times, times
+    heard = replace(problem, records=[Record(IMPACT_TIMES, times)])
+    again = heard.evaluate(point, window)
+    if again is None:
+        return times, np.zeros(len(times))
+    try:
+        (moved,), constraint = heard.derivatives(again, window)
+    except SimulationError:
+        return times, np.zeros(len(times))
+    by_unknowns = eliminated(moved, constraint, len(point.values), len(problem.initial))
+    variance = np.einsum("ij,jk,ik->i", by_unknowns, covariance, by_unknowns)
+    return times, np.sqrt(np.maximum(variance, 0.0))
+
+
+def eliminated(derivative: Array, constraint: Array, unknowns: int, size: int) -> Array:
+    """Return derivatives along the motion by the unknowns alone, without starts of segments.
+
+    ``size`` is the number of coordinates. Of a start the constraint has -1 in the rows that give
+    it, and derivatives by earlier starts.
+    """
+    found = derivative[:, :unknowns].copy()
+    moved = constraint[:, :unknowns].copy()
+    with np.errstate(over="ignore", invalid="ignore"):
+        for first in range(0, len(constraint), size):
+            here = slice(first, first + size)
+            columns = slice(unknowns + first, unknowns + first + size)
+            if first:
+                before = slice(first - size, first)
+                earlier = slice(unknowns + first - size, unknowns + first)
+                # In units in which the start itself has the factor -1.
+                moved[here] += constraint[here, earlier] @ moved[before]
+            moved[here] /= -np.diag(constraint[here, columns])[:, None]
+            found += derivative[:, columns] @ moved[here]
+    return np.nan_to_num(found, nan=_MOST, posinf=_MOST, neginf=-_MOST)

@@ -1,0 +1,143 @@
+"""Simulated measurements: what a record of a run would look like, with noise and jitter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import count, not_negative, positive, reject, vector
+from ..errors import ParameterError
+from ..hints import close_to
+from ..interruption import interruptible
+from ..run import Run
+from .prediction import kinds_of, predicted
+from .record import IMPACT_TIMES, Record
+
+Array = NDArray[np.float64]
+
+# Noise is at most of this size.
+_MOST = 1e40
+# A sampled record has at most so many rows.
+_MOST_ROWS = 10_000_000
+
+
+@interruptible
+def measure(
+    run: Run,
+    what: str,
+    *,
+    noise: float = 0.0,
+    at: ArrayLike | None = None,
+    sampling: float | None = None,
+    jitter: float = 0.0,
+    seed: int = 0,
+) -> Record:
+    """Return a record as a measurement of a run would give it: to plan one, or to try a fit.
+
+    Parameters
+    ----------
+    run
+        A run that keeps all of its impacts and sections.
+    what
+        ``"impact_times"``; or a coordinate, its rate or acceleration: ``"x1"``, ``"v1"``,
+        ``"a1"``, ``"x2"``, ``"v2"``, ``"a2"``. Impacts that complete chatter skipped have no times
+        here.
+    noise
+        Standard deviation of normal, independent errors of the values, or of the times of impacts;
+        0 for none.
+    at
+        When values are measured, ascending times inside the run, shape (n,); or else ``sampling``.
+    sampling
+        Time between values.
+    jitter
+        Standard deviation of errors of the instants of measurement: the record has the intended
+        times. ``sigma`` of the record takes them into account.
+    seed
+        Of the random numbers.
+
+    Returns
+    -------
+    Record
+        Its ``sigma`` is that of the errors made; None without errors.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range, or the run has no impact to be heard.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
+    ...                    drive_frequency=1.8, moment_amplitude=1)
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=20)
+    >>> vi.measure(run, "x1", noise=0.01, sampling=0.1)
+    <Record x1: 699 rows from time 0 to 69.8, sigma 0.01>
+    >>> vi.measure(run, "impact_times")
+    <Record impact_times: 19 rows from time 3.44966 to 66.3039, sigma unknown>
+    """
+    if not isinstance(run, Run):
+        reject("run", run, "a vibroimpact.Run")
+    kinds = kinds_of(run.system)
+    if not isinstance(what, str) or what not in kinds:
+        hint = close_to(what, kinds) if isinstance(what, str) else ""
+        raise ParameterError(
+            f"what = {what!r} is not allowed{hint or ';'} allowed: {', '.join(kinds)}"
+        )
+    if run.kept_from > 0.0:
+        reject("run", run, "a run that keeps all, from t = 0 on")
+    noise, jitter = not_negative("noise", noise), not_negative("jitter", jitter)
+    for label, size, most in (("noise", noise, _MOST), ("jitter", jitter, run.final_state.time)):
+        if size > most:
+            reject(label, size, f"a number from 0 to {most:g}")
+    random = np.random.default_rng(count("seed", seed, least=0))
+    if what == IMPACT_TIMES:
+        for name, value in (("at", at), ("sampling", sampling)):
+            if value is not None:
+                reject(name, value, "None for impact times")
+        return _heard(run, float(np.hypot(noise, jitter)), random)
+    times = _instants(run, at, sampling)
+    true = times
+    spread = np.full(len(times), noise)
+    if jitter > 0.0:
+        end = run.final_state.time
+        true = np.clip(times + jitter * random.standard_normal(len(times)), 0.0, end)
+        sides = [predicted(run, what, np.clip(times + k * jitter, 0.0, end)) for k in (-1.0, 1.0)]
+        spread = np.hypot(noise, 0.5 * np.abs(sides[1] - sides[0]))
+        spread = np.maximum(spread, 1e-3 * max(float(spread.mean()), 1e-300))
+    values = predicted(run, what, true) + noise * random.standard_normal(len(times))
+    return Record(what, times, values, sigma=spread if noise or jitter else None)
+
+
+def _heard(run: Run, noise: float, random: np.random.Generator) -> Record:
+    """Return the times of impacts with errors, in their order."""
+    exact = np.asarray(run.impacts["time"])
+    if not len(exact):
+        reject("run", run, "a run with an impact")
+    times = np.sort(np.maximum(exact + noise * random.standard_normal(len(exact)), 0.0))
+    for k in np.flatnonzero(np.diff(times) <= 0.0):  # both at 0, or equal by chance
+        times[k + 1] = np.nextafter(times[k], np.inf)
+    return Record(IMPACT_TIMES, times, sigma=noise or None)
+
+
+def _instants(run: Run, at: Any, sampling: Any) -> Array:
+    """Return the checked instants of measurement."""
+    end = run.final_state.time
+    if (at is None) == (sampling is None):
+        given = "neither" if at is None else "both"
+        raise ParameterError(f"give exactly one of at= and sampling=, got {given}")
+    if at is None:
+        step = positive("sampling", sampling)
+        if end / step > _MOST_ROWS:
+            reject("sampling", sampling, f"a time of at least 1/{_MOST_ROWS} of the run")
+        return np.asarray(step * np.arange(int(end / step) + 1), dtype=np.float64)
+    times = vector("at", at)
+    if not len(times):
+        reject("at", at, "at least one time")
+    outside = np.flatnonzero((times < 0.0) | (times > end))
+    if len(outside):
+        k = int(outside[0])
+        reject(f"at[{k}]", times[k].item(), f"times inside the run, 0 to {end!r}")
+    return times

@@ -1,0 +1,248 @@
+"""The minimum of the cost in a window: Levenberg and Marquardt's method with multiple shooting.
+
+A step is good if it lowers the cost plus a penalty on the gaps between segments, an exact penalty
+function (Nocedal, Wright, section 15.4). Damping follows H. B. Nielsen, *Damping Parameter in
+Marquardt's Method*, IMM, DTU, 1999.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SimulationError
+from .jumps import eliminated
+from .problem import Evaluation, Point, Problem, Window
+from .statistics import costs, weights
+from .steps import Linear, multipliers, null_space, step
+
+Array = NDArray[np.float64]
+
+# Damping: first, least, and where the search gives up.
+_FIRST, _LEAST, _MOST = 1e-3, 1e-12, 1e12
+# A step is good if the cost falls by this part of what was predicted.
+_GOOD = 1e-3
+# The search ends where a step would lower the sum of squares by less than this part of the variance
+# of a row (values are then right to 1e-3 of their standard errors), or by rounding.
+_CONVERGED, _ROUNDING = 1e-6, 1e-24
+# The same where no step succeeds: beyond a border the motion has other impacts.
+_AT_BORDER = 0.02
+# Continuity between segments, in units of the sizes of the state.
+_CONTINUOUS = 1e-9
+# Damping of a variable is at least this part of that of the most sensitive one, and this.
+_LEAST_WEIGHT, _NO_WEIGHT = 1e-4, 1e-6
+# Random points around a minimum, and how far they go at most, in units of the scales.
+_KICKS, _MOST_KICK = 8, 0.3
+# A step so small, in units of the scales, is rounding.
+_SMALL = 1e-13
+
+
+@dataclass
+class Found:
+    """Where a search ended.
+
+    Attributes
+    ----------
+    point, window, evaluation
+        The values, the segments, and the residuals there.
+    cost
+        Half the weighted sum of squares, or of the loss.
+    whole
+        Whether the window holds all rows.
+    converged
+        Whether the search ended at a minimum.
+    steps
+        How many steps it took.
+    """
+
+    point: Point
+    window: Window
+    evaluation: Evaluation
+    cost: float
+    whole: bool
+    converged: bool
+    steps: int
+
+
+class Minimiser:
+    """Finds the minimum of a problem in a window.
+
+    Parameters
+    ----------
+    problem
+        What is fitted.
+    sigmas
+        Standard errors of the rows of each record; infinite for rows that do not count.
+    loss
+        Name of the loss.
+    """
+
+    def __init__(self, problem: Problem, sigmas: Sequence[Array], loss: str) -> None:
+        self.problem = problem
+        self.sigmas = list(sigmas)
+        self.loss = loss
+        self.sizes = np.ones(len(problem.initial))
+        self.steps = 0
+
+    def minimise(self, point: Point, window: Window, most: int, final: bool) -> Found | None:
+        """Return the minimum near a point after so many steps at most; None without a motion."""
+        found = self.problem.evaluate(point, window)
+        if found is None:
+            return None
+        scales = self._scales(point)
+        cost, damping, grow, penalty = self.cost(found), _FIRST, 2.0, 0.0
+        converged = False
+        linear = None
+        for _ in range(most):
+            if linear is None:
+                linear = self.linear(found, window, scales)
+                if linear is None:
+                    break
+                # In units of the scales; a floor keeps apart what the window does not determine.
+                weight = np.maximum(np.linalg.norm(linear.derivative, axis=0), _NO_WEIGHT)
+                weight = np.maximum(weight, _LEAST_WEIGHT * weight.max())
+            self.steps += 1
+            low, high = self._limits(point, scales)
+            try:
+                taken = step(linear, damping, weight, low, high)
+                slack = float(np.abs(multipliers(linear, taken)).max(initial=0.0))
+            except np.linalg.LinAlgError:  # derivatives near the end of the range of floats
+                break
+            penalty = max(penalty, 2.0 * slack)
+            after = linear.residuals + linear.derivative @ taken
+            left = linear.defects + linear.constraint @ taken
+            breach = float(np.abs(linear.defects).sum())
+            fall = 0.5 * float(linear.residuals @ linear.residuals - after @ after)
+            fall += penalty * (breach - float(np.abs(left).sum()))
+            least = _CONVERGED * max(cost, _ROUNDING) / len(linear.residuals)
+            small = float(np.abs(taken).max(initial=0.0)) < _SMALL
+            if (fall <= least or small) and np.abs(linear.defects).max(initial=0.0) < _CONTINUOUS:
+                if damping <= 1e-6 or small:
+                    converged = True
+                    break
+                damping *= 0.01  # a damped step that is small shows nothing
+                continue
+            trial = self.moved(point, taken * scales)
+            there = self.problem.evaluate(trial, window)
+            gain = -1.0
+            if there is not None and fall > 0.0:
+                other = self.cost(there)
+                now = float(np.abs(self._defects(there)).sum())
+                gain = (cost + penalty * breach - other - penalty * now) / fall
+            if gain > _GOOD:
+                assert there is not None
+                point, found, cost = trial, there, other
+                linear, grow = None, 2.0
+                damping = max(_LEAST, damping * max(0.1, 1.0 - (2.0 * gain - 1.0) ** 3))
+            else:
+                damping, grow = max(damping, 1e-8) * grow, 2.0 * grow
+                # At the border of a sequence of impacts a small fall is out of reach.
+                converged = fall <= _AT_BORDER * max(cost, _ROUNDING) / len(linear.residuals)
+                if damping > _MOST or (converged and damping > _FIRST):
+                    break
+        return Found(point, window, found, cost, final, converged, self.steps)
+
+    def kicked(self, found: Found, random: np.random.Generator) -> Point | None:
+        """Return the best of some random points around a minimum; None where there is none.
+
+        They scatter as the residuals let expect, along continuous motions. Beyond the border of a
+        sequence of impacts, at which a search may have ended, the cost can be lower.
+        """
+        window, point = found.window, found.point
+        scales = self._scales(point)
+        linear = self.linear(found.evaluation, window, scales)
+        if linear is None:
+            return None
+        basis = np.eye(len(scales))
+        if len(linear.defects):
+            basis = null_space(linear.constraint)[2]
+        _, singular, rows = np.linalg.svd(linear.derivative @ basis, full_matrices=False)
+        misfit = 2.0 * found.cost / len(linear.residuals)
+        spread = np.sqrt(misfit) / np.maximum(
+            singular, 1e-12 * max(float(singular.max(initial=0.0)), 1.0)
+        )
+        low, high = self._limits(point, scales)
+        best: Point | None = None
+        least = np.inf
+        for _ in range(_KICKS):
+            kick = basis @ (
+                rows.T @ (np.minimum(spread, _MOST_KICK) * random.standard_normal(len(spread)))
+            )
+            trial = self.moved(point, np.clip(kick, low, high) * scales)
+            there = self.problem.evaluate(trial, window)
+            if there is not None and self.cost(there) < least:
+                best, least = trial, self.cost(there)
+        return best
+
+    def _scales(self, point: Point) -> Array:
+        """Return the units of steps: of the unknowns, and of the starts of segments."""
+        return np.concatenate([self.problem.unknowns.scales, *[self.sizes] * len(point.nodes)])
+
+    def _limits(self, point: Point, scales: Array) -> tuple[Array, Array]:
+        """Return the ends of a step in units of the scales: bounds, and not too far."""
+        unknowns = self.problem.unknowns
+        low, high = np.full(len(scales), -1.0), np.full(len(scales), 1.0)
+        count = len(point.values)
+        low[:count] = np.maximum(low[:count], (unknowns.low - point.values) / scales[:count])
+        high[:count] = np.minimum(high[:count], (unknowns.high - point.values) / scales[:count])
+        return low, high
+
+    def moved(self, point: Point, change: Array) -> Point:
+        """Return a point after a change of the unknowns and the starts of segments."""
+        count = len(point.values)
+        values = np.clip(
+            point.values + change[:count], self.problem.unknowns.low, self.problem.unknowns.high
+        )
+        return Point(values, point.nodes + change[count:].reshape(point.nodes.shape))
+
+    def weighted(self, found: Evaluation) -> list[Array]:
+        """Return residuals in standard errors."""
+        pairs = zip(found.residuals, self.sigmas, strict=True)
+        return [residuals / sigma[: len(residuals)] for residuals, sigma in pairs]
+
+    def cost(self, found: Evaluation) -> float:
+        """Return half the weighted sum of squares, or of the loss."""
+        return sum(costs(self.loss, z) for z in self.weighted(found))
+
+    def _defects(self, found: Evaluation) -> Array:
+        many = len(found.defects) // len(self.sizes)
+        return found.defects / np.tile(self.sizes, many)
+
+    def linear(self, found: Evaluation, window: Window, scales: Array) -> Linear | None:
+        """Return the equations of a step; None where a derivative does not exist."""
+        try:
+            jacobians, constraint = self.problem.derivatives(found, window)
+        except SimulationError:
+            return None
+        weighted = self.weighted(found)
+        roots = [np.sqrt(weights(self.loss, z)) for z in weighted]
+        rows = [
+            (root / sigma[: len(root)])[:, None] * jacobian
+            for root, sigma, jacobian in zip(roots, self.sigmas, jacobians, strict=True)
+        ]
+        residuals = np.concatenate([root * z for root, z in zip(roots, weighted, strict=True)])
+        many = len(found.defects) // len(self.sizes)
+        linear = Linear(
+            residuals,
+            np.concatenate(rows) * scales,
+            self._defects(found),
+            constraint * scales / np.tile(self.sizes, many)[:, None],
+        )
+        whole = np.isfinite(linear.derivative).all() and np.isfinite(linear.constraint).all()
+        return linear if whole else None
+
+    def weighted_derivative(self, found: Found) -> tuple[Array, list[Array]] | None:
+        """Return the derivative of weighted residuals along the motions, by the unknowns alone.
+
+        Also the residuals in standard errors, record by record. Starts of segments are eliminated.
+        """
+        count = len(found.point.values)
+        scales = np.concatenate([np.ones(count), *[self.sizes] * len(found.point.nodes)])
+        linear = self.linear(found.evaluation, found.window, scales)
+        if linear is None:
+            return None
+        derivative = eliminated(linear.derivative, linear.constraint, count, len(self.sizes))
+        return derivative, self.weighted(found.evaluation)

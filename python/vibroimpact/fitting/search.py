@@ -1,0 +1,278 @@
+"""The search for the values of the unknowns that fit best.
+
+The window that is fitted grows from the start of the records to their end: it goes as far as the
+prediction agrees, is fitted, and goes on. Where small differences have grown much, a new segment
+starts. So neither a chaotic record nor a wrong first guess needs luck.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SimulationError
+from ..tables import EventKind
+from .alignment import intervals
+from .jumps import WIDTHS, jumps, widened, without_edges
+from .minimum import Found, Minimiser
+from .prediction import states_at
+from .problem import Evaluation, Point, Problem, Window
+from .record import IMPACT_TIMES, Record
+from .statistics import determination, ljung_box
+from .unknowns import coordinates_of
+
+Array = NDArray[np.float64]
+
+# A new segment starts where a small difference of the state has grown so many times.
+_GROWTH = 30.0
+# Segments at most, and the shortest flight, in parts of the mean, in whose middle one may start.
+_MOST_SEGMENTS, _LEAST_FLIGHT = 120, 0.2
+# Steps at most: while the window grows, and in all of it.
+_STEPS_BETWEEN, _STEPS = 12, 60
+# After so many in all there are no more random changes, and the window grows to the whole.
+_MOST_STEPS = 400
+# The window grows at least by this part of all rows; so often in a row without agreement.
+_LEAST_GROWTH, _MOST_FAILURES = 40, 5
+# Rounds in which rows beside impacts are chosen anew.
+_MOST_ROUNDS = 4
+# Random changes of a minimum that does not fit: the mean square of its residuals in standard errors
+# is larger than the first, or they are random with less than the second probability.
+_HOPS, _FAR_TOO_LARGE, _NOT_RANDOM = 4, 2.0, 1e-8
+# A prediction agrees with a time of an impact to this part of the intervals beside it, and with a
+# value to this part of the standard deviation of all; or to so many standard errors.
+_TIME_AGREES, _VALUE_AGREES, _ERRORS_AGREE = 0.25, 0.3, 6.0
+
+
+class Search(Minimiser):
+    """The search from one start.
+
+    Parameters
+    ----------
+    problem
+        What is fitted.
+    sigmas
+        Standard errors of the rows of each record.
+    loss
+        Name of the loss.
+    """
+
+    def __init__(self, problem: Problem, sigmas: Sequence[Array], loss: str) -> None:
+        super().__init__(problem, widened(problem, sigmas, WIDTHS[0]), loss)
+        self.base = list(sigmas)
+        self.random = np.random.default_rng(0)
+        self.times = np.unique(np.concatenate([record.times for record in problem.records]))
+
+    def run(self, values: Array) -> Found | None:
+        """Return the fit from some values; None if the machine has no motion there."""
+        least = max(1, len(self.times) // _LEAST_GROWTH)
+        start = Point(values, np.zeros((0, len(self.problem.initial))))
+        whole = self._window((0.0,), len(self.times))
+        first = self.problem.evaluate(start, whole)
+        rows = min(len(self.times), max(3, least))
+        if first is None:
+            # It may go wrong late only.
+            whole = self._window((0.0,), rows)
+            first = self.problem.evaluate(start, whole)
+            if first is None:
+                return None
+        self._take_sizes(first)
+        rows = max(rows, self._agrees(first, whole))
+        point, failures = start, 0
+        borders: tuple[float, ...] = (0.0,)
+        found: Found | None = None
+        while True:
+            window = self._window(borders, rows)
+            point, window = self._cut(point, window)
+            borders = window.borders
+            final = rows == len(self.times)
+            found = self._settled(point, window, final)
+            if found is None or final:
+                return found
+            point = found.point
+            rows_there, failed = self._further(found, rows)
+            failures = failures + 1 if failed else 0
+            if failures > _MOST_FAILURES or self.steps > _MOST_STEPS:
+                rows = len(self.times)
+            else:
+                rows = min(len(self.times), max(rows + least, min(rows_there, 2 * rows)))
+
+    def again(self, found: Found, sigmas: Sequence[Array]) -> Found | None:
+        """Return the fit of all rows from another one, with other standard errors."""
+        self.base = list(sigmas)
+        return (
+            self._exact(found)
+            if self._jumps
+            else self._with(self.base, found.point, found.window, True)
+        )
+
+    def _settled(self, point: Point, window: Window, final: bool) -> Found | None:
+        """Return the fit of a window."""
+        if not self._jumps:
+            return self._with(self.base, point, window, final)
+        found = None
+        for width in WIDTHS:
+            sigmas = widened(self.problem, self.base, width)
+            found = self._with(sigmas, point, window, final)
+            if found is None:
+                return None
+            point = found.point
+        assert found is not None
+        return self._exact(found)
+
+    def _exact(self, found: Found) -> Found | None:
+        """Return the fit without rows on which side of an impact is not known."""
+        for _ in range(_MOST_ROUNDS):
+            derived = self.weighted_derivative(found)
+            if derived is None:
+                return found
+            derivative, _ = derived
+            rows = sum(int(np.isfinite(sigma).sum()) for sigma in self.sigmas)
+            size = max(1.0, 2.0 * found.cost / max(1, rows - len(found.point.values)))
+            scales = self.problem.unknowns.scales
+            covariance = determination(derivative, scales, size).covariance
+            sigmas = without_edges(self.problem, found.point, found.window, self.base, covariance)
+            counting = sum(int(np.isfinite(sigma).sum()) for sigma in sigmas)
+            if counting <= len(found.point.values):
+                break  # too few rows would be left
+            same = all(np.array_equal(a, b) for a, b in zip(sigmas, self.sigmas, strict=True))
+            if same:
+                break
+            better = self._with(sigmas, found.point, found.window, found.whole)
+            if better is None:
+                break
+            found = better
+        return found
+
+    def _with(self, sigmas: list[Array], point: Point, window: Window, final: bool) -> Found | None:
+        """Return the fit of a window with some standard errors."""
+        self.sigmas = sigmas
+        most = _STEPS if final else _STEPS_BETWEEN
+        found = self.minimise(point, window, most, final)
+        return found if found is None else self._hopped(found, most)
+
+    def _hopped(self, found: Found, most: int) -> Found:
+        """Return a lower minimum near one that does not fit, if there is one."""
+        for _ in range(_HOPS):
+            if self.steps > _MOST_STEPS or not self._misfits(found):
+                break
+            point = self.kicked(found, self.random)
+            other = None if point is None else self.minimise(point, found.window, most, found.whole)
+            if other is not None and other.cost < found.cost:
+                found = other
+        return found
+
+    def _misfits(self, found: Found) -> bool:
+        """Whether residuals are far too large, or far from random."""
+        known = [record.sigma is not None for record in self.problem.records]
+        for z, sigma, stated in zip(
+            self.weighted(found.evaluation), self.sigmas, known, strict=True
+        ):
+            used = z[np.isfinite(sigma[: len(z)])]
+            if stated and float(used @ used) > _FAR_TOO_LARGE * len(used):
+                return True
+            if ljung_box(np.clip(used, -4.0, 4.0)) < _NOT_RANDOM:
+                return True
+        return bool(found.evaluation.missing)
+
+    @property
+    def _jumps(self) -> bool:
+        return any(jumps(record, self.problem) for record in self.problem.records)
+
+    def _further(self, found: Found, rows: int) -> tuple[int, bool]:
+        """Return as far as the prediction agrees, in rows, and whether not even in the window."""
+        window = self._window(found.window.borders, len(self.times))
+        ahead = self.problem.evaluate(found.point, window)
+        if ahead is None:
+            return rows, False
+        agreed = self._agrees(ahead, window)
+        return agreed, agreed < rows
+
+    def _window(self, borders: tuple[float, ...], rows: int) -> Window:
+        """Return the window of the first rows of all records together."""
+        end = float(self.times[rows - 1])
+        least = 1e-3 * min(self.problem.system.drive_period, 2.0 * np.pi)
+        return Window(borders, max(end, least))
+
+    def _take_sizes(self, found: Evaluation) -> None:
+        """Set the sizes of the coordinates, in whose units starts of segments are."""
+        rows = [np.abs(self.problem.initial)]
+        for run in found.runs:
+            times = np.linspace(run.kept_from, run.final_state.time, 200)
+            rows.append(np.abs(states_at(run, times)).max(axis=0))
+        self.sizes = np.maximum(np.max(rows, axis=0), 0.05)
+
+    # How far a prediction agrees.
+
+    def _agrees(self, found: Evaluation, window: Window) -> int:
+        """Return the number of rows, of all records together, before the first disagreement."""
+        last = window.end
+        for record, sigma, residuals in zip(
+            self.problem.records, self.base, found.residuals, strict=True
+        ):
+            bad = _disagreement(record, sigma, residuals)
+            if bad is not None:
+                last = min(last, np.nextafter(record.times[bad], 0.0))
+        return int(np.searchsorted(self.times, last, "right"))
+
+    # Where segments start.
+
+    def _cut(self, point: Point, window: Window) -> tuple[Point, Window]:
+        """Let a new segment start wherever small differences have grown much."""
+        while len(window.borders) < _MOST_SEGMENTS:
+            found = self.problem.evaluate(point, window)
+            if found is None:
+                break
+            run, begin = found.runs[-1], window.borders[-1]
+            times = _within_flights(run, window.end - begin)
+            if not len(times):
+                break
+            names = coordinates_of(self.problem.system)
+            try:
+                moved = run.sensitivity(*names).trajectory(times)
+            except SimulationError:
+                break
+            growth = np.linalg.norm(
+                moved * self.sizes[None, None, :] / self.sizes[None, :, None], axis=(1, 2)
+            )
+            grown = np.flatnonzero(growth > _GROWTH)
+            if not len(grown):
+                break
+            time = times[grown[0]]
+            state = states_at(run, np.array([time]))
+            point = Point(point.values, np.vstack([point.nodes, state]))
+            window = replace(window, borders=(*window.borders, begin + float(time)))
+        return point, window
+
+
+def _disagreement(record: Record, sigma: Array, residuals: Array) -> int | None:
+    """Return the first row that a prediction misses by much; None if there is none."""
+    count = len(residuals)
+    size = np.abs(residuals)
+    if record.kind == IMPACT_TIMES:
+        beside = intervals(record.times)[:count]
+        bad = size > np.maximum(_TIME_AGREES * beside, _ERRORS_AGREE * sigma[:count])
+        found = np.flatnonzero(bad)
+        return int(found[0]) if len(found) else None
+    wide = _VALUE_AGREES * float(np.std(record.values)) if len(record) > 1 else np.inf
+    bad = size > np.maximum(wide, _ERRORS_AGREE * sigma[:count])
+    # A velocity is far off for a moment where an impact comes a little early or late; an outlier
+    # is alone.
+    near = np.convolve(bad, np.ones(5), "full")[: len(bad)]
+    found = np.flatnonzero(near >= 3)
+    return int(found[0]) if len(found) else None
+
+
+def _within_flights(run: object, end: float) -> Array:
+    """Return the middles of the flights of a run, but for very short ones, before a time."""
+    events = run.events  # type: ignore[attr-defined]
+    times = np.array([0.0, *np.asarray(events["time"])])
+    flying = (EventKind.IMPACT, EventKind.GRAZE, EventKind.RELEASE)
+    free = np.array([False, *[kind in flying for kind in events["kind"]]])[:-1]
+    lengths = np.diff(times)
+    middles = 0.5 * (times[1:] + times[:-1])
+    long = lengths > _LEAST_FLIGHT * end / max(1, len(lengths))
+    chosen: Array = middles[free & long & (middles < end)]
+    return chosen

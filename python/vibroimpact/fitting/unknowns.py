@@ -1,0 +1,147 @@
+"""What a fit looks for: numbers of the machine and of its start, by name, in their ranges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arguments import in_short, number, pair, reject
+from ..errors import ParameterError
+from ..hints import close_to
+from ..system import System
+from .ranges import NATURAL
+
+Array = NDArray[np.float64]
+
+START = "start"
+"""The word that stands for all coordinates of the start."""
+
+# The size of a number that is near 0, in whose units it is scaled.
+_LEAST_SIZE = 0.1
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Names, ranges and sizes of what is looked for.
+
+    Attributes
+    ----------
+    names
+        Numbers of the machine first, then coordinates of the start.
+    machine
+        How many of them are numbers of the machine.
+    coordinates
+        Places in the state of those of the start.
+    low, high
+        Ends of their ranges, infinite where there are none.
+    scales
+        What counts as a large change of each.
+    """
+
+    names: tuple[str, ...]
+    machine: int
+    coordinates: tuple[int, ...]
+    low: Array
+    high: Array
+    scales: Array
+
+    def machine_of(self, system: System, values: Array) -> System:
+        """Return the machine with these values."""
+        numbers = values[: self.machine].tolist()
+        return system.replace(**dict(zip(self.names[: self.machine], numbers, strict=True)))
+
+    def start_of(self, initial: Array, values: Array) -> Array:
+        """Return the start with these values."""
+        start = initial.copy()
+        start[list(self.coordinates)] = values[self.machine :]
+        return start
+
+    def values_of(self, system: System, initial: Array) -> Array:
+        """Return the values that a machine and its start have."""
+        numbers = [float(getattr(system, name)) for name in self.names[: self.machine]]
+        return np.array([*numbers, *initial[list(self.coordinates)]])
+
+
+def coordinates_of(system: System) -> tuple[str, ...]:
+    """Return the names of the coordinates of a start."""
+    return ("x1", "v1", "x2", "v2")
+
+
+def unknowns_of(given: Any, system: System, initial: Array) -> Unknowns:
+    """Check names, or names with their ranges; ``initial`` is the flat start.
+
+    Raises
+    ------
+    ParameterError
+        For a name that is none, one that stands twice, and a range that is none or leaves out the
+        value from which the search starts.
+    """
+    numbers, coordinates = system._numbers_by_name, coordinates_of(system)
+    known = f"{', '.join((*numbers, *coordinates))}, or {START!r} for all of the start"
+    ranges: dict[str, tuple[float, float]] = {}
+    for name, limits in _named(given, known):
+        many = coordinates if name == START else (name,)
+        for each in many:
+            if each not in numbers and each not in coordinates:
+                hint = close_to(each, (*numbers, *coordinates, START)) or ";"
+                raise ParameterError(f"unknown = {each!r} is not allowed{hint} allowed: {known}")
+            if each in ranges:
+                reject("unknown", each, "each name once")
+            low, high = NATURAL.get(each, (-math.inf, math.inf))
+            if limits is not None:
+                low, high = _range(each, limits, low, high)
+            ranges[each] = (low, high)
+    if not ranges:
+        reject("unknown", given, f"at least one of {known}")
+    if "friction" in ranges and system.contact == "direct":
+        reject("unknown", "friction", "none of contact='direct', which has no friction")
+    own = [name for name in ranges if name in numbers]
+    start = [name for name in ranges if name in coordinates]
+    names = (*own, *start)
+    places = tuple(coordinates.index(name) for name in start)
+    low, high = np.array([ranges[name] for name in names]).T
+    values = np.array([*(getattr(system, name) for name in own), *initial[list(places)]])
+    outside = np.flatnonzero((values < low) | (values > high))
+    if len(outside):
+        k = int(outside[0])
+        raise ParameterError(
+            f"{names[k]} = {values[k].item()!r}, from which the search starts, is not allowed; "
+            f"allowed: a number in its range, ({low[k]}, {high[k]})"
+        )
+    sizes = np.maximum(np.abs(values), _LEAST_SIZE)
+    finite = np.isfinite(high - low)
+    sizes = np.where(finite, np.minimum(sizes, np.where(finite, high - low, 1.0)), sizes)
+    return Unknowns(names, len(own), places, low, high, sizes)
+
+
+def _named(given: Any, known: str) -> list[tuple[str, Any]]:
+    """Return names with their ranges, None where none is given."""
+    allowed = f"a list of names, or a mapping from names to (low, high); names: {known}"
+    if isinstance(given, str):
+        return [(given, None)]
+    if isinstance(given, Mapping):
+        pairs = list(given.items())
+    elif isinstance(given, Sequence):
+        pairs = [(name, None) for name in given]
+    else:
+        reject("unknown", given, allowed)
+    for name, _ in pairs:
+        if not isinstance(name, str):
+            reject("unknown", in_short(name), allowed)
+    return pairs
+
+
+def _range(name: str, limits: Any, least: float, most: float) -> tuple[float, float]:
+    """Return a checked range inside of what the machine allows."""
+    wanted = f"(low, high), two numbers with low < high, for the unknown {name}"
+    low, high = (number(f"unknown[{name!r}]", each, wanted) for each in pair(name, limits, wanted))
+    if not low < high:
+        reject(f"unknown[{name!r}]", limits, wanted)
+    if low < least or high > most:
+        reject(f"unknown[{name!r}]", limits, f"a range inside [{least:g}, {most:g}]")
+    return low, high

@@ -1,0 +1,119 @@
+"""Records: what is refused names the row; simulated measurements are what they say."""
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from small_results import START
+from systems import PAPER
+
+RUN = vi.simulate(PAPER, initial=START, periods=20)
+HEARD = vi.measure(RUN, "impact_times", noise=0.01, seed=3)
+
+
+@pytest.mark.parametrize(
+    ("times", "values", "sigma", "said"),
+    [
+        ([], [], None, r"times = \[\] .*at least one row"),
+        ([0.0, 2.0, 1.0], [0, 0, 0], None, r"times\[2\] = 1.0 .*more than times\[1\] = 2.0"),
+        ([0.0, 1.0, 1.0], [0, 0, 0], None, r"times\[2\] = 1.0"),
+        ([-0.5, 1.0], [0, 0], None, r"times\[0\] = -0.5"),
+        ([0.0, np.nan], [0, 0], None, r"times\[1\] = nan"),
+        ([0.0, 1.0], [0, np.inf], None, r"values\[1\] = inf"),
+        ([0.0, 1.0], [0, 1e60], None, r"values\[1\] = 1e\+60"),
+        ([0.0, 1.0], [0.0], None, r"values of shape \(1,\) .*allowed: 2 rows"),
+        ([0.0, 1.0], None, None, "values = None"),
+        ([0.0, 1.0], [0, 0], 0.0, "sigma = 0.0"),
+        ([0.0, 1.0], [0, 0], [0.1, -0.1], r"sigma\[1\] = -0.1"),
+        ([0.0, 1.0], [0, 0], [0.1], r"sigma of shape \(1,\)"),
+        ("abc", [0, 0], None, "times"),
+        ([[0.0, 1.0]], [0, 0], None, r"times of shape \(1, 2\)"),
+    ],
+)
+def test_a_wrong_row_is_named(times, values, sigma, said):
+    with pytest.raises(vi.ParameterError, match=said):
+        vi.Record("x1", times, values, sigma=sigma)
+
+
+def test_impact_times_have_no_values():
+    with pytest.raises(vi.ParameterError, match="values"):
+        vi.Record("impact_times", [1.0, 2.0], [0.0, 0.0])
+
+
+FILES = {
+    "": "no line of column names",
+    "time,x1\n": "no rows",
+    "t,x1\n0,1\n": "time = 'time' .*for times; it has 't', 'x1'",
+    "time,x1\n0,1\n\n# a remark\n1,two\n": "line 5: 'two' in column 'x1'",
+    "time,x1\n0,1\n1,\n": "line 3: an empty cell in column 'x1'",
+    "time,x1\n0,1\n1\n": "line 3: an empty cell",
+    "time,x1\n0,1\n2,1\n1,1\n": "line 4: times = 1.0 .*more than .*line 3: times = 2.0",
+    "time,x1\n0,1\n1,nan\n": "line 3: values = nan",
+}
+
+
+@pytest.mark.parametrize("text", FILES)
+def test_a_wrong_line_of_a_file_is_named(text, tmp_path):
+    path = tmp_path / "rig.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(vi.ParameterError, match=FILES[text]):
+        vi.Record.from_csv(path, "x1")
+
+
+def test_a_file_is_read(tmp_path):
+    path = tmp_path / "rig.csv"
+    path.write_text("# a rig\nt; angle; error\n0;0.5;0.1\n1;;0.1\n2;0.25;0.2\n", encoding="utf-8")
+    record = vi.Record.from_csv(
+        path, "x1", time="t", value="angle", sigma="error", delimiter=";", skip_empty=True
+    )
+    assert record.times.tolist() == [0.0, 2.0]
+    assert record.values.tolist() == [0.5, 0.25]
+    assert record.sigma.tolist() == [0.1, 0.2]
+
+
+def test_a_measurement_without_errors_is_the_run():
+    heard = vi.measure(RUN, "impact_times")
+    assert np.array_equal(heard.times, RUN.impacts["time"])
+    assert heard.sigma is None
+    at = [0.5, 1.5, 20.0]
+    states = RUN.trajectory(at)
+    for column, kind in enumerate(("x1", "v1", "x2", "v2")):
+        assert np.array_equal(vi.measure(RUN, kind, at=at).values, states[:, column])
+    phases = PAPER.phase + PAPER.drive_frequency * np.array(at)
+    free = PAPER.accelerations(states, phases)
+    for column, kind in enumerate(("a1", "a2")):
+        assert vi.measure(RUN, kind, at=at).values == pytest.approx(free[:, column], abs=1e-14)
+
+
+def test_noise_has_the_stated_size():
+    exact = vi.measure(RUN, "x1", sampling=0.02)
+    noisy = vi.measure(RUN, "x1", sampling=0.02, noise=0.01, seed=1)
+    off = noisy.values - exact.values
+    assert np.std(off) == pytest.approx(0.01, rel=0.05)
+    jittered = vi.measure(RUN, "x1", sampling=0.02, jitter=1e-3, seed=1)
+    z = (jittered.values - exact.values) / jittered.sigma
+    # Some rows lie beside an impact, where x1 has a kink.
+    assert np.std(z[np.abs(z) < 6.0]) == pytest.approx(1.0, rel=0.1)
+
+
+def test_a_measurement_of_a_run_that_forgot_its_start_is_refused():
+    late = vi.simulate(PAPER, initial=START, periods=20, keep=5)
+    with pytest.raises(vi.ParameterError, match="from t = 0"):
+        vi.measure(late, "impact_times")
+
+
+def test_acceleration_in_contact_is_that_of_the_motion():
+    sticky = PAPER.replace(
+        drive_frequency=0.25, restitution=0.3, damping=(0.1, 0.1), moment_amplitude=3.0
+    )
+    run = vi.simulate(sticky, initial=START, periods=3)
+    assert run.time_in_contact > 0.0
+    kinds = run.contacts["kind"] == vi.EventKind.SLIDE_POSITIVE
+    begins = run.contacts["time"][kinds]
+    times = begins + 0.05
+    held = run.trajectory(times, forces=True)[:, 4] > 0.0
+    assert held.any()
+    measured = vi.measure(run, "a1", at=times[held]).values
+    h = 1e-4
+    ends = [run.trajectory(times[held] + k * h)[:, 1] for k in (-1, 1)]
+    assert measured == pytest.approx((ends[1] - ends[0]) / (2 * h), abs=1e-5)
