@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..showing import counted
+from .alignment import intervals
 from .minimum import Found
 from .problem import Problem
-from .record import IMPACT_TIMES
+from .record import IMPACT_TIMES, Record
 from .result import Fit, Verdict
 from .search import Search
 from .statistics import chi2_tail, determination, inflation, ljung_box, runs_test
@@ -19,6 +20,8 @@ Array = NDArray[np.float64]
 
 # A test with less probability by chance speaks against the model.
 _LEAST_PROBABILITY = 1e-3
+# Residuals of this part of what there was to explain, by medians, explain little.
+_UNEXPLAINED = 0.3
 # A value or interval is in other units if it is so many times what the machine does.
 _OTHER_UNITS = 15.0
 # Residuals in standard errors count at most so much in tests of order: outliers are no order. A
@@ -167,11 +170,29 @@ def _reasons(
             if chance * tests < _LEAST_PROBABILITY:
                 said = f"the residuals of {record.name} are not random: {told} (p = {chance:.1e})"
                 reasons.append(("systematic residuals", said))
+    for record, residuals in zip(problem.records, found.evaluation.residuals, strict=True):
+        if record.sigma is None and (said := _unexplained(record, residuals)):
+            reasons.append(("residuals too large", said))
     if probability is not None and probability < _LEAST_PROBABILITY:
         verdict: Verdict = "residuals too large"
         said = f"the residuals are larger than the stated sigma (p = {probability:.1e})"
         reasons.append((verdict, said))
     return reasons
+
+
+def _unexplained(record: Record, residuals: Array) -> str:
+    """Return what is not explained of a record whose errors are not known; "" if all is well."""
+    size = float(np.median(np.abs(residuals)))
+    if record.kind == IMPACT_TIMES:
+        part = size / float(np.median(intervals(record.times)))
+        what = "of the intervals between impacts"
+    else:
+        values = record.values
+        part = size / max(float(np.median(np.abs(values - np.median(values)))), 1e-300)
+        what = "of its deviations from the median"
+    if part <= _UNEXPLAINED:
+        return ""
+    return f"the residuals of {record.name} are {part:.0%} {what}: little of it is explained"
 
 
 def _verdict(reasons: list[_Reason]) -> Verdict:

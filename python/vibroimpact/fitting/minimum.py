@@ -219,10 +219,11 @@ class Minimiser:
             return None
         weighted = self.weighted(found)
         roots = [np.sqrt(weights(self.loss, z)) for z in weighted]
-        rows = [
-            (root / sigma[: len(root)])[:, None] * jacobian
-            for root, sigma, jacobian in zip(roots, self.sigmas, jacobians, strict=True)
-        ]
+        with np.errstate(over="ignore", invalid="ignore"):  # not finite, and then refused
+            rows = [
+                (root / sigma[: len(root)])[:, None] * jacobian
+                for root, sigma, jacobian in zip(roots, self.sigmas, jacobians, strict=True)
+            ]
         residuals = np.concatenate([root * z for root, z in zip(roots, weighted, strict=True)])
         many = len(found.defects) // len(self.sizes)
         linear = Linear(

@@ -34,6 +34,8 @@ _MOST_SEGMENTS, _LEAST_FLIGHT = 120, 0.2
 _STEPS_BETWEEN, _STEPS = 12, 60
 # After so many in all there are no more random changes, and the window grows to the whole.
 _MOST_STEPS = 400
+# Fewer of long motions: so many impacts in all steps, but at least so many steps.
+_MOST_WORK, _LEAST_STEPS = 200_000, 40
 # The window grows at least by this part of all rows; so often in a row without agreement.
 _LEAST_GROWTH, _MOST_FAILURES = 40, 5
 # Rounds in which rows beside impacts are chosen anew.
@@ -62,6 +64,7 @@ class Search(Minimiser):
     def __init__(self, problem: Problem, sigmas: Sequence[Array], loss: str) -> None:
         super().__init__(problem, widened(problem, sigmas, WIDTHS[0]), loss)
         self.base = list(sigmas)
+        self.most = _MOST_STEPS
         self.random = np.random.default_rng(0)
         self.times = np.unique(np.concatenate([record.times for record in problem.records]))
 
@@ -79,6 +82,8 @@ class Search(Minimiser):
             if first is None:
                 return None
         self._take_sizes(first)
+        work = sum(len(run.impacts) for run in first.runs)
+        self.most = int(np.clip(_MOST_WORK // max(1, work), _LEAST_STEPS, _MOST_STEPS))
         rows = max(rows, self._agrees(first, whole))
         point, failures = start, 0
         borders: tuple[float, ...] = (0.0,)
@@ -94,7 +99,7 @@ class Search(Minimiser):
             point = found.point
             rows_there, failed = self._further(found, rows)
             failures = failures + 1 if failed else 0
-            if failures > _MOST_FAILURES or self.steps > _MOST_STEPS:
+            if failures > _MOST_FAILURES or self.steps > self.most:
                 rows = len(self.times)
             else:
                 rows = min(len(self.times), max(rows + least, min(rows_there, 2 * rows)))
@@ -156,7 +161,7 @@ class Search(Minimiser):
     def _hopped(self, found: Found, most: int) -> Found:
         """Return a lower minimum near one that does not fit, if there is one."""
         for _ in range(_HOPS):
-            if self.steps > _MOST_STEPS or not self._misfits(found):
+            if self.steps > self.most or not self._misfits(found):
                 break
             point = self.kicked(found, self.random)
             other = None if point is None else self.minimise(point, found.window, most, found.whole)
@@ -234,9 +239,8 @@ class Search(Minimiser):
                 moved = run.sensitivity(*names).trajectory(times)
             except SimulationError:
                 break
-            growth = np.linalg.norm(
-                moved * self.sizes[None, None, :] / self.sizes[None, :, None], axis=(1, 2)
-            )
+            scaled = moved * self.sizes[None, None, :] / self.sizes[None, :, None]
+            growth = np.abs(scaled).max(axis=(1, 2))
             grown = np.flatnonzero(growth > _GROWTH)
             if not len(grown):
                 break
