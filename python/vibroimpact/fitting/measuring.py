@@ -76,7 +76,7 @@ def measure(
     >>> vi.measure(run, "x1", noise=0.01, sampling=0.1)
     <Record x1: 699 rows from time 0 to 69.8, sigma 0.01>
     >>> vi.measure(run, "impact_times")
-    <Record impact_times: 19 rows from time 3.44966 to 66.3039, sigma unknown>
+    <Record impact_times: 19 rows from time 3.51736 to 66.2458, sigma unknown>
     """
     if not isinstance(run, Run):
         reject("run", run, "a vibroimpact.Run")

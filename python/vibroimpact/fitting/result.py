@@ -145,7 +145,7 @@ class ExpectedErrors(Determined):
     >>> plan = vi.measure(run, "impact_times", noise=0.01)
     >>> expected = vi.expected_errors(run, plan, unknown=["restitution", "gap"])
     >>> expected
-    <ExpectedErrors of 19 rows: restitution 0.0022, gap 0.0018>
+    <ExpectedErrors of 19 rows: restitution 0.0026, gap 0.00025>
     """
 
     names: tuple[str, ...]
@@ -162,8 +162,8 @@ class ExpectedErrors(Determined):
         Examples
         --------
         >>> print(expected.summary())
-        restitution = 0.8000 +- 0.0022
-        gap         = 0.5000 +- 0.0018
+        restitution = 0.8000 +- 0.0026
+        gap         = 0.50000 +- 0.00025
         """
         return "\n".join([*self._rows(), *self._open_in_words()])
 
@@ -306,7 +306,7 @@ class Fit(Determined):
         Examples
         --------
         >>> print(found.summary().splitlines()[0])
-        fits: 19 rows, chi2 12.2 of 17 degrees of freedom
+        fits: 19 rows, chi2 11.31 of 17 degrees of freedom
         """
         many = counted(sum(map(len, self.records)), "row")
         size = f", chi2 {self.chi2:.4g} of {self.dof} degrees of freedom"
