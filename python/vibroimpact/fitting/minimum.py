@@ -36,6 +36,8 @@ _CONTINUOUS = 1e-9
 _LEAST_WEIGHT, _NO_WEIGHT = 1e-4, 1e-6
 # Random points around a minimum, and how far they go at most, in units of the scales.
 _KICKS, _MOST_KICK = 8, 0.3
+# A derivative of this size is none.
+_MOST_DERIVATIVE = 1e100
 # A step so small, in units of the scales, is rounding.
 _SMALL = 1e-13
 
@@ -226,13 +228,17 @@ class Minimiser:
             ]
         residuals = np.concatenate([root * z for root, z in zip(roots, weighted, strict=True)])
         many = len(found.defects) // len(self.sizes)
-        linear = Linear(
-            residuals,
-            np.concatenate(rows) * scales,
-            self._defects(found),
-            constraint * scales / np.tile(self.sizes, many)[:, None],
-        )
-        whole = np.isfinite(linear.derivative).all() and np.isfinite(linear.constraint).all()
+        with np.errstate(over="ignore", invalid="ignore"):
+            linear = Linear(
+                residuals,
+                np.concatenate(rows) * scales,
+                self._defects(found),
+                constraint * scales / np.tile(self.sizes, many)[:, None],
+            )
+        # Squares of larger ones leave the range of floats.
+        whole = (np.abs(linear.derivative) < _MOST_DERIVATIVE).all() and (
+            np.abs(linear.constraint) < _MOST_DERIVATIVE
+        ).all()
         return linear if whole else None
 
     def weighted_derivative(self, found: Found) -> tuple[Array, list[Array]] | None:

@@ -239,9 +239,9 @@ class Search(Minimiser):
                 moved = run.sensitivity(*names).trajectory(times)
             except SimulationError:
                 break
-            scaled = moved * self.sizes[None, None, :] / self.sizes[None, :, None]
-            growth = np.abs(scaled).max(axis=(1, 2))
-            grown = np.flatnonzero(growth > _GROWTH)
+            with np.errstate(over="ignore", invalid="ignore"):
+                scaled = moved * self.sizes[None, None, :] / self.sizes[None, :, None]
+            grown = np.flatnonzero(~(np.abs(scaled).max(axis=(1, 2)) <= _GROWTH))
             if not len(grown):
                 break
             time = times[grown[0]]
