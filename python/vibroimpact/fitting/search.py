@@ -34,8 +34,9 @@ _MOST_SEGMENTS, _LEAST_FLIGHT = 120, 0.2
 _STEPS_BETWEEN, _STEPS = 12, 60
 # After so many in all there are no more random changes, and the window grows to the whole.
 _MOST_STEPS = 400
-# Fewer of long motions: so many impacts in all steps, but at least so many steps.
-_MOST_WORK, _LEAST_STEPS = 200_000, 40
+# Fewer of long motions, and fewer segments: so many impacts in all steps, but at least so many
+# steps.
+_MOST_WORK, _LEAST_STEPS = 200_000, 20
 # The window grows at least by this part of all rows; so often in a row without agreement.
 _LEAST_GROWTH, _MOST_FAILURES = 40, 5
 # Rounds in which rows beside impacts are chosen anew.
@@ -226,7 +227,7 @@ class Search(Minimiser):
 
     def _cut(self, point: Point, window: Window) -> tuple[Point, Window]:
         """Let a new segment start wherever small differences have grown much."""
-        while len(window.borders) < _MOST_SEGMENTS:
+        while len(window.borders) < min(_MOST_SEGMENTS, self.most):
             found = self.problem.evaluate(point, window)
             if found is None:
                 break
