@@ -66,7 +66,8 @@ def derivative(run: Run, sensitivity: Any, names: Sequence[str], kind: str, time
     found = np.zeros((len(times), len(names)))
     for place in range(states.shape[1]):
         by_state = _difference(run.system, kind, states, times, place)
-        found += by_state[:, None] * moved[:, place]
+        with np.errstate(over="ignore", invalid="ignore"):  # not finite, and then refused
+            found += by_state[:, None] * moved[:, place]
     for column, name in enumerate(names):
         if name not in coordinates:
             found[:, column] += _difference(run.system, kind, states, times, name)
