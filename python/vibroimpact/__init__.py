@@ -34,7 +34,6 @@ from .impacts import impact
 from .run import EventKind, Evidence, PeriodReport, Run
 from .run_parts import EnergyAudit, FinalState
 from .scales import Scales
-from .sensitivity import ImpactSensitivity, OneSided, Sensitivity
 from .simulation import simulate
 from .system import System
 from .tables import Table
@@ -79,6 +78,7 @@ if TYPE_CHECKING:
         prove,
     )
     from .run_in_si import RunInSI
+    from .sensitivity import ImpactSensitivity, OneSided, Sensitivity
     from .single_impact import MotionMap, PeriodicMotions, Undecided, periodic_motions
     from .single_impact.motion_map import motion_map
     from .stop import Stop
@@ -125,6 +125,7 @@ else:
             check_proof prove
         """,
         "run_in_si": "RunInSI",
+        "sensitivity": "ImpactSensitivity OneSided Sensitivity",
         "single_impact": """
             MotionMap PeriodicMotions Undecided motion_map periodic_motions
         """,

@@ -22,7 +22,6 @@ from .run_parts import EnergyAudit as EnergyAudit
 from .run_parts import FinalState as FinalState
 from .run_parts import read_only as read_only
 from .run_record import RunRecord
-from .sensitivity import Sensitivity
 from .showing import Facts
 from .system import System
 from .tables import EventKind as EventKind
@@ -30,7 +29,7 @@ from .tables import Table, table, with_column
 from .verbs import verb
 
 if TYPE_CHECKING:
-    from .verb_types import NotFound, PeriodicMotion, RunInSI
+    from .verb_types import NotFound, PeriodicMotion, RunInSI, Sensitivity
 
 # The tables of events, as the core has them.
 _EVENTS = ("events", "grazes", "contacts")
@@ -210,7 +209,8 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
             raise
         except KeyboardInterrupt:
             raise Interrupted("interrupted while the run was differentiated", self) from None
-        return Sensitivity(core, self, names)
+        found: Sensitivity = verb("sensitivity")(core, self, names)
+        return found
 
     def refine(self) -> PeriodicMotion | NotFound:
         """Find the periodic motion that this run has settled on, to rounding, with its verdict.

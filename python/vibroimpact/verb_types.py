@@ -9,3 +9,4 @@ if TYPE_CHECKING:
     from .orbits.motion import PeriodicMotion as PeriodicMotion
     from .plot.film import Animation as Animation
     from .run_in_si import RunInSI as RunInSI
+    from .sensitivity import Sensitivity as Sensitivity

@@ -6,6 +6,7 @@ import numpy as np
 
 import vibroimpact as vi
 from proof_calls import PROVED
+from small_results import folder
 from struck import REST, SETTLING, moving_run, orbit, small_diagram
 
 _STOP = {
@@ -55,6 +56,12 @@ _GRID = {
 _MATRICES = {"mass": "object", "stiffness": "object"}
 
 
+def _saved_orbit() -> str:
+    path = folder() / "saved_orbit.npz"
+    orbit().save(path)
+    return str(path)
+
+
 def structure_calls() -> dict[str, tuple[Any, ...]]:
     """Return function, arguments, kinds, and names in refusals, of each call by its name."""
     stop = {"normal": [1.0, 0.0], "gap": 0.5, "restitution": 0.5, "tangent": [0.0, 1.0]}
@@ -78,6 +85,12 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             },
         ),
         "StructureOrbit.trajectory": (orbit().trajectory, {"t": [0.0, 1.0]}, {"t": "times"}),
+        "StructureOrbit.save": (orbit().save, {"path": folder() / "orbit.npz"}, {"path": "path"}),
+        "StructureOrbit.load": (
+            vi.StructureOrbit.load,
+            {"path": _saved_orbit()},
+            {"path": "path that is missing"},
+        ),
         "StructureOrbit.follow": (
             orbit().follow,
             {"both": False, "max_points": 2, "drive_frequency": (1.9, 2.1)},

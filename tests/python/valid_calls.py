@@ -176,6 +176,9 @@ def calls() -> dict[str, Call]:
         "Run.trajectory": Call(
             run().trajectory, {"t": [0.0, 1.0]}, {"t": "times", "forces": "true or false"}
         ),
+        "Sensitivity.trajectory": Call(
+            run().sensitivity("gap").trajectory, {"t": [0.0, 1.0]}, {"t": "times"}
+        ),
         "Run.bounces": Call(
             run().bounces,
             {"down_to": 1e-3, "most": 100},
