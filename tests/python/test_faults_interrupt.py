@@ -63,6 +63,13 @@ def _manifold():
     return lambda: vi.unstable_manifold(saddle, length=1e9, spacing=1e-6, max_points=10**9)
 
 
+def _fit():
+    # Noise is no motion: every start is tried.
+    noise = np.random.default_rng(1).standard_normal(20)
+    record = vi.Record("x1", np.arange(20.0), noise, sigma=0.01)
+    return lambda: vi.fit(record, ROUGH, unknown=["gap"], initial=START, starts=50)
+
+
 # Of each long call: how it is prepared, what the exception holds.
 def _verify():
     # What it needs is imported by the first call.
@@ -117,6 +124,7 @@ LONG = {
         vi.ImpactAgreement,
     ),
     "verify": (_verify, vi.Verification),
+    "fit": (_fit, vi.Fit),
 }
 # Asks of the core before Ctrl-C comes.
 ASKS = dict.fromkeys(LONG, 100_000) | {"impact_agreement": 50}
@@ -127,6 +135,8 @@ SERVING = {"explore"}
 SHORT = {"impact", "impact_regimes", "periodic_motion", "load", "nonsmooth_mode"}
 # A proof is done or it is none.
 SHORT |= {"prove", "check_proof"}
+# A record of a run that is there, and what one would tell of its machine.
+SHORT |= {"measure", "expected_errors"}
 
 
 def test_every_function_of_the_package_is_long_or_short():
@@ -144,6 +154,7 @@ IN_PYTHON = {
     "stability_region": (OrbitProblem, "residual", 30),
     "unstable_manifold": (manifolds, "first_piece", 1),
     "verify": (_Followed, "_tell", 3),
+    "fit": (sys.modules[vi.fit.__module__], "_fitted", 2),
 }
 
 

@@ -43,7 +43,7 @@ def test_impact_times_have_no_values():
 FILES = {
     "": "no line of column names",
     "time,x1\n": "no rows",
-    "t,x1\n0,1\n": "time = 'time' .*for times; it has 't', 'x1'",
+    "t,x1\n0,1\n": "time = 'time' .*for the time; it has 't', 'x1'",
     "time,x1\n0,1\n\n# a remark\n1,two\n": "line 5: 'two' in column 'x1'",
     "time,x1\n0,1\n1,\n": "line 3: an empty cell in column 'x1'",
     "time,x1\n0,1\n1\n": "line 3: an empty cell",

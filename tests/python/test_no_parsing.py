@@ -18,6 +18,8 @@ ALLOWED = {
     "cli/exit_codes.py": (1, "lines of a help text"),
     "cli/hints.py": (5, "words of a command line"),
     "cli/options.py": (1, "a comma of a message"),
+    "explorer/structure_numbers.py": (2, "differences of coordinates, as the page names them"),
+    "fitting/record.py": (1, "comments of a file"),
     "interruption.py": (1, "underscore of names in Python"),
     "proof/certificate.py": (1, "exact numbers in a file"),
     "sweeps/basins/files.py": (2, "names of arrays in a file"),

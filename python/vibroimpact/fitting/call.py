@@ -132,7 +132,7 @@ def fit(
                 best = found
             if found.verdict in ("fits", "not identifiable"):
                 break
-    except Interrupted as stopped:
+    except (Interrupted, KeyboardInterrupt) as stopped:
         held = "nothing" if best is None else "the best fit so far"
         raise Interrupted("interrupted while fitting", best, holds=held) from stopped
     assert best is not None

@@ -153,7 +153,7 @@ class Record(FixedArrays, Shown):
         path
             The file. Lines that begin with # are comments.
         kind
-            As in `Record`.
+            What was measured, as in `Record`.
         time
             Column of the times.
         value
@@ -165,7 +165,7 @@ class Record(FixedArrays, Shown):
         skip_empty
             Leave out rows whose time or value is an empty cell; else they are an error.
         name
-            As in `Record`.
+            What the record is called, as in `Record`.
 
         Raises
         ------
@@ -189,21 +189,21 @@ class Record(FixedArrays, Shown):
         if name is not None and not isinstance(name, str):
             reject("name", name, "a string")
         file = checked_path("path", path)
-        columns = {"times": time}
+        columns = {"time": time}
         if kind != IMPACT_TIMES:
-            columns["values"] = kind if value is None else value
+            columns["value"] = kind if value is None else value
         elif value is not None:
             reject("value", value, "None for impact times")
         if isinstance(sigma, str):
             columns["sigma"] = sigma
         for argument, column in columns.items():
             if not isinstance(column, str):
-                reject(argument.removesuffix("s"), column, "the name of a column")
+                reject(argument, column, "the name of a column")
         with open(file, newline="", encoding="utf-8-sig", errors="replace") as text:
             read, lines = _columns(text, file, columns, delimiter, skip_empty)
         record = cls.__new__(cls)
         errors = read.get("sigma", sigma)
-        record._set(kind, read["times"], read.get("values"), errors, name, lines)
+        record._set(kind, read["time"], read.get("value"), errors, name, lines)
         return record
 
     def _in_units_of(self, scales: Scales) -> Record:
@@ -317,8 +317,7 @@ def _columns(
     for what, column in columns.items():
         if column not in names:
             known = ", ".join(map(repr, names))
-            argument = what.removesuffix("s")
-            reject(argument, column, f"a column of {file}, for {what}; it has {known}")
+            reject(what, column, f"a column of {file}, for the {what}; it has {known}")
         places[what] = names.index(column)
     read: dict[str, list[float]] = {what: [] for what in columns}
     lines = []
