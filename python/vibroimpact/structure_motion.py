@@ -106,7 +106,7 @@ class StructureOrbit(Repeating):
 
         Examples
         --------
-        >>> stops = [vi.Stop([1], 0.3, 0.8), vi.Stop([-1], 0.3, 0.8)]
+        >>> stops = [vi.Stop([1], 0.5, 0.8), vi.Stop([-1], 0.5, 0.8)]
         >>> between = motion.system.replace(stops=stops)
         >>> vi.simulate(between, initial=[[0], [0]], periods=400, keep=50).refine().is_symmetric
         True

@@ -5,6 +5,7 @@ The example of a method goes on from that of its class, so it can use the names 
 
 import doctest
 import inspect
+from functools import cached_property
 
 import pytest
 from matplotlib import pyplot
@@ -29,6 +30,15 @@ def _methods(cls):
             yield name, found
 
 
+def _properties(cls):
+    """Return those of its properties whose docstring has an example, by name."""
+    for name in dir(cls):
+        found = inspect.getattr_static(cls, name)
+        computed = isinstance(found, property | cached_property)
+        if computed and not name.startswith("_") and ">>>" in (found.__doc__ or ""):
+            yield name, found
+
+
 def _public():
     """Return every public docstring: its name, and the docstrings to run before it and itself."""
     for module, prefix in ((vi, "vi"), (vibroimpact.plot, "vi.plot")):
@@ -39,7 +49,7 @@ def _public():
             own = inspect.getdoc(found) or ""
             yield f"{prefix}.{name}", ("", own)
             if inspect.isclass(found):
-                for method, function in _methods(found):
+                for method, function in (*_methods(found), *_properties(found)):
                     yield f"{prefix}.{name}.{method}", (own, inspect.getdoc(function) or "")
 
 

@@ -154,8 +154,9 @@ class BranchProof(Shown):
 
         Examples
         --------
-        >>> proof.statement.startswith("Theorem.")
-        True
+        >>> print(proof.statement.splitlines()[1])
+        For every drive_frequency in [1.798, 1.802] there is exactly one 1-1 solution on this part \
+of the curve; it is a motion, and it is asymptotically stable.
         """
         text: str = verb("branch_statement")(self)
         return text
