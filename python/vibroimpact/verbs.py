@@ -17,7 +17,6 @@ from typing import Any, Final, Literal
 
 Verb = Literal[
     "animate",
-    "branch_statement",
     "crossing",
     "curve_problem",
     "draw",
@@ -43,19 +42,15 @@ Verb = Literal[
     "run_of_start",
     "sensitivity",
     "simulate",
-    "solutions_statement",
     "structure_run",
     "write_basins",
     "write_branch",
-    "write_branch_proof",
     "write_motion",
     "write_proof",
-    "write_solutions_proof",
 ]
 
 VERBS: Final[dict[Verb, str]] = {
     "animate": "plot.animation:animate",
-    "branch_statement": "proof.branch_statement:branch_statement",
     "crossing": "orbits.regions:crossing",
     "curve_problem": "orbits.curve_problem:CurveProblem",
     "draw": "plot.obvious:draw",
@@ -69,7 +64,7 @@ VERBS: Final[dict[Verb, str]] = {
     "motion_of": "orbits.machines:motion_of",
     "motions_at": "orbits.points:motions_at",
     "own_image": "orbits.mirror:own_image",
-    "proof_statement": "proof.statement:statement",
+    "proof_statement": "proof.kinds:statement",
     "read_basins": "sweeps.basins.files:read_basins",
     "read_branch": "orbits.branch_files:read_branch",
     "read_motion": "orbits.files:read_motion",
@@ -81,14 +76,11 @@ VERBS: Final[dict[Verb, str]] = {
     "run_of_start": "sweeps.basins.cell_runs:run_of_start",
     "sensitivity": "sensitivity:Sensitivity",
     "simulate": "simulation:simulate",
-    "solutions_statement": "proof.solutions_files:solutions_statement",
     "structure_run": "structure_run:StructureRun",
     "write_basins": "sweeps.basins.files:write_basins",
     "write_branch": "orbits.branch_files:write_branch",
-    "write_branch_proof": "proof.branch_files:write_branch_proof",
     "write_motion": "orbits.files:write_motion",
-    "write_proof": "proof.files:write_proof",
-    "write_solutions_proof": "proof.solutions_files:write_solutions_proof",
+    "write_proof": "proof.kinds:write_proof",
 }
 
 

@@ -146,6 +146,7 @@ RESULTS = [
     "proof.branch_result",
     "proof.result",
     "proof.solutions_result",
+    "proof.theorem",
     "single_impact.results",
     "sweeps.results",
     "sweeps.sweep_results",

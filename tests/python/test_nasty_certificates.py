@@ -18,7 +18,6 @@ from flint import arb_mat
 from vibroimpact.proof import verifier
 from vibroimpact.proof.certificate import examine
 from vibroimpact.proof.files import proof_from
-from vibroimpact.proof.statement import statement
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +44,7 @@ def forged(given, change):
     posed = {name: content[name] for name in ("machine", "m", "legs", "precision", "box")}
     try:
         found = examine(posed)
-        content["statement"] = statement(proof_from({**posed, "claims": content["claims"]}, found))
+        content["statement"] = proof_from({**posed, "claims": content["claims"]}, found).statement
     except Exception:  # nothing fits
         content["statement"] = "Theorem."
     return content | {"format": "vibroimpact proof 1"}

@@ -16,7 +16,6 @@ import altered_certificates
 import wrong_candidates
 from vibroimpact.proof.certificate import examine
 from vibroimpact.proof.files import proof_from
-from vibroimpact.proof.statement import statement
 from wrong_candidates import DEPTH, KINDS
 
 # Of all candidates, what is tried of a kind unless all are.
@@ -158,7 +157,7 @@ def fitting_statement(content):
         found = examine(posed)
         if found.verdict == "undecided":
             return False
-        content["statement"] = statement(proof_from({**posed, "claims": content["claims"]}, found))
+        content["statement"] = proof_from({**posed, "claims": content["claims"]}, found).statement
     except Exception:  # it is damaged
         return False
     return True

@@ -1,9 +1,7 @@
-"""From what is shown of a branch to a proof, and its certificate as a file."""
+"""From what is shown of a branch to a proof."""
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -11,22 +9,15 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx
 
-from ..arguments import path as path_of
-from ..arguments import reject
 from ..errors import ProofError
 from ..system import SYMBOLS
-from ..whole_file import whole_file
 from .branch_result import BranchProof, ProvedBifurcation, ProvedStretch, Unproved
-from .branch_statement import branch_statement
 from .certificate import exact
 from .chain import Shown, examine_chain
 from .files import text
 from .formulas import Undecided
 
-BRANCH_FORMAT = "vibroimpact branch proof 1"
-#: Keys of a file, and of a piece in it.
-_PROBLEM = ("machine", "parameter", "place", "within", "precision", "pieces")
-_KEYS = {"format", *_PROBLEM, "claims", "statement"}
+#: Entries of a piece.
 _OF_PIECE = {"m", "label", "legs", "tubes", "specials", "ended"}
 #: Ends of a claimed range are so many doubles inside what is found: another version of the
 #: arithmetic may round more.
@@ -146,43 +137,28 @@ def _proof_from(certificate: dict[str, Any], found: Sequence[Shown]) -> BranchPr
     )
 
 
-def write_branch_proof(path: str | os.PathLike[str], proof: BranchProof) -> None:
-    """Write a certificate to ``path``; the file appears complete or not at all."""
-    path = path_of("path", path)
-    if not proof.stretches:
-        reject("proof", proof, "one that shows something: of this one nothing is shown")
-    content = {"format": BRANCH_FORMAT, **proof.certificate, "statement": branch_statement(proof)}
-    with whole_file(path) as file:
-        file.write(json.dumps(content, indent=1).encode())
-
-
-def verified_branch(content: dict[str, Any]) -> BranchProof:
-    """Verify a certificate anew.
+def verified_branch(posed: dict[str, Any], claims: Mapping[str, Any]) -> BranchProof:
+    """Verify a problem and what is claimed of it anew.
 
     Raises
     ------
     ProofError, KeyError, TypeError, ValueError : it is damaged, or claims what is not shown
     """
-    if set(content) != _KEYS or set(content["claims"]) != {"stretches", "bifurcations"}:
-        raise ProofError("not a certificate of this format")
-    posed = {name: content[name] for name in _PROBLEM}
     if posed["parameter"] != name_of(posed["machine"], posed["place"]):
         raise ProofError("a parameter of another name")
     found = _found(posed)
-    proof = _proof_from({**posed, "claims": content["claims"]}, found)
+    proof = _proof_from({**posed, "claims": claims}, found)
     shown = _stretches(found, posed["within"], 0)
-    rows = [row[5] for row in content["claims"]["stretches"]]
+    rows = [row[5] for row in claims["stretches"]]
     for one, piece in zip(proof.stretches, rows, strict=True):
         if not any(_is_part(one, other) and piece == place for other, place in shown):
             raise ProofError("it claims more than is shown")
     there = _bifurcations(found, posed["within"], 0)
-    rows = [row[4] for row in content["claims"]["bifurcations"]]
+    rows = [row[4] for row in claims["bifurcations"]]
     for event, piece in zip(proof.bifurcations, rows, strict=True):
         held = (piece == place and _holds(event, other) for other, place in there)
         if not any(held):
             raise ProofError("it claims more than is shown")
-    if content["statement"] != branch_statement(proof):
-        raise ProofError("its statement is not what is shown")
     return proof
 
 

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
+from dataclasses import dataclass
 
 from ..interruption import interruptible
-from ..showing import Facts, Shown, counted
-from ..verbs import verb
+from ..showing import Facts, counted
+from .theorem import Theorem
 
 
 @interruptible
@@ -112,7 +108,7 @@ class Unproved:
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class BranchProof(Shown):
+class BranchProof(Theorem):
     """What `prove` shows of a branch. All numbers of its system but one are those, exactly.
 
     Attributes
@@ -146,40 +142,6 @@ class BranchProof(Shown):
     stretches: tuple[ProvedStretch, ...]
     bifurcations: tuple[ProvedBifurcation, ...]
     uncovered: tuple[Unproved, ...]
-    certificate: Mapping[str, Any] = field(default_factory=dict)
-
-    @cached_property
-    def statement(self) -> str:
-        """What is shown, as a theorem that can be printed.
-
-        Examples
-        --------
-        >>> print(proof.statement.splitlines()[1])
-        For every drive_frequency in [1.798, 1.802] there is exactly one 1-1 solution on this part \
-of the curve; it is a motion, and it is asymptotically stable.
-        """
-        text: str = verb("branch_statement")(self)
-        return text
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the certificate to ``path`` (JSON); ``vibroimpact.check_proof`` verifies it.
-
-        Raises
-        ------
-        StateError
-            If nothing is shown: there is nothing to write.
-        ParameterError
-            If ``path`` is not a path.
-        OSError
-            If it cannot be written.
-
-        Examples
-        --------
-        >>> proof.save("branch.json")
-        >>> vi.check_proof("branch.json").stretches == proof.stretches
-        True
-        """
-        verb("write_branch_proof")(path, self)
 
     def _facts(self) -> Facts:
         facts: Facts = {"parameter": self.parameter}
@@ -196,7 +158,3 @@ of the curve; it is a motion, and it is asymptotically stable.
         found = counted(len(self.bifurcations), "bifurcation")
         left = len(self.uncovered)
         return f"<BranchProof over {self.parameter}, {shown}, {found}, {left} uncovered>"
-
-    def __str__(self) -> str:
-        """The statement."""
-        return self.statement

@@ -198,6 +198,6 @@ def check_proof(path: str | os.PathLike[str]) -> Proof | SolutionsProof | Branch
     """
     path = path_of("path", path)
     _need_flint()
-    from .reading import read_proof
+    from .kinds import read_proof
 
     return read_proof(path)

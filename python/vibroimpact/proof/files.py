@@ -1,9 +1,7 @@
-"""From findings to proofs, and certificates as files."""
+"""From findings to proofs of motions."""
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
@@ -11,19 +9,11 @@ from typing import Any
 import numpy as np
 from flint import acb, arb, ctx, fmpq
 
-from ..arguments import path as path_of
-from ..arguments import reject
 from ..errors import ProofError
-from ..whole_file import whole_file
 from .certificate import Finding, agrees, exact, examine
 from .result import Disc, Proof, ProofBox
-from .statement import statement
 from .verifier import CIRCUIT
 
-FORMAT = "vibroimpact proof 1"
-#: Keys of a file: what poses the problem, and what is claimed.
-_PROBLEM = ("machine", "m", "legs", "precision", "box")
-_KEYS = {"format", *_PROBLEM, "claims", "statement"}
 #: A claim is so much wider than what is found: another version of the arithmetic may round more.
 _ROOM = 4
 
@@ -108,34 +98,16 @@ def _disc(real: str, imag: str, radius: str) -> Disc:
     return Disc(complex(re, im), float(np.nextafter(np.hypot(by_re, by_im), np.inf)))
 
 
-def write_proof(path: str | os.PathLike[str], proof: Proof) -> None:
-    """Write a certificate to ``path``; the file appears complete or not at all."""
-    path = path_of("path", path)
-    if proof.verdict == "undecided":
-        reject("proof", proof, "one that shows something: this one is undecided")
-    content = {"format": FORMAT, **proof.certificate, "statement": statement(proof)}
-    with whole_file(path) as file:
-        file.write(json.dumps(content, indent=1).encode())
-
-
-def verified(content: Mapping[str, Any]) -> Proof:
-    """Verify the content of a file anew.
+def verified(posed: dict[str, Any], claims: Mapping[str, Any]) -> Proof:
+    """Verify a problem and what is claimed of it anew.
 
     Raises
     ------
     ProofError, KeyError, TypeError, ValueError : it is damaged, or claims what is not shown
     """
-    if set(content) != _KEYS:
-        raise ProofError("not a certificate of this format")
-    if set(content["claims"]) != {"verdict", "stability", "box", "discs"}:
-        raise ProofError("claims of another kind")
-    posed = {name: content[name] for name in _PROBLEM}
     found = examine(posed)
     if found.verdict == "undecided":
         raise ProofError(f"nothing is shown: {found.why}")
-    if not agrees(content["claims"], found):
+    if not agrees(claims, found):
         raise ProofError("it claims more than is shown")
-    proof = proof_from({**posed, "claims": content["claims"]}, found)
-    if content["statement"] != statement(proof):
-        raise ProofError("its statement is not what is shown")
-    return proof
+    return proof_from({**posed, "claims": claims}, found)

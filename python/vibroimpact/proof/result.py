@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +11,7 @@ from numpy.typing import NDArray
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
 from ..showing import Facts, Shown, in_a_line
-from ..verbs import verb
+from .theorem import Theorem
 
 Array = NDArray[np.float64]
 
@@ -85,7 +82,7 @@ class ProofBox(FixedArrays, Shown):
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Proof(FixedArrays, Shown):
+class Proof(FixedArrays, Theorem):
     """What `prove` shows of a periodic motion. All numbers are those of its system, exactly.
 
     Attributes
@@ -138,37 +135,6 @@ class Proof(FixedArrays, Shown):
     unique_within: float = 0.0
     multipliers: tuple[Disc, ...] = ()
     stability: Literal["stable", "unstable", "undecided"] = "undecided"
-    certificate: Mapping[str, Any] = field(default_factory=dict)
-
-    @cached_property
-    def statement(self) -> str:
-        """What is shown, as a theorem that can be printed.
-
-        Examples
-        --------
-        >>> print(proof.statement.splitlines()[3])
-        It is asymptotically stable: all multipliers lie inside the unit circle.
-        """
-        text: str = verb("proof_statement")(self)
-        return text
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the certificate to ``path`` (JSON); ``vibroimpact.check_proof`` verifies it.
-
-        Raises
-        ------
-        ParameterError
-            If the proof is undecided: there is nothing to write.
-        OSError
-            If it cannot be written.
-
-        Examples
-        --------
-        >>> proof.save("motion.json")
-        >>> vi.check_proof("motion.json").verdict
-        'proved'
-        """
-        verb("write_proof")(path, self)
 
     def _facts(self) -> Facts:
         facts: Facts = {"motion": self.label, "verdict": self.verdict}
@@ -184,7 +150,3 @@ class Proof(FixedArrays, Shown):
         """Label and verdict."""
         told = self.stability if self.verdict == "proved" else self.why
         return f"<Proof of {self.label}: {self.verdict}, {told}>"
-
-    def __str__(self) -> str:
-        """The statement."""
-        return self.statement

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 from ..interruption import interruptible
-from ..showing import Facts, Shown
+from ..showing import Facts
 from ..single_impact.results import Undecided
-from ..verbs import verb
 from .result import Proof
+from .theorem import Theorem
 
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class SolutionsProof(Shown):
+class SolutionsProof(Theorem):
     """What `prove` shows of all motions of n drive periods with one impact, without friction.
 
     Attributes
@@ -46,10 +43,10 @@ class SolutionsProof(Shown):
     >>> import vibroimpact as vi
     >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=0.5,
     ...                    drive_frequency=1.8, moment_amplitude=1)
-    >>> everything = vi.prove(vi.periodic_motions(system))
-    >>> everything.verdict, everything.everywhere
+    >>> proof = vi.prove(vi.periodic_motions(system))
+    >>> proof.verdict, proof.everywhere
     ('proved', True)
-    >>> len(everything.proofs), everything.count, everything.stable
+    >>> len(proof.proofs), proof.count, proof.stable
     (12, 8, 1)
     """
 
@@ -60,7 +57,6 @@ class SolutionsProof(Shown):
     within: tuple[float, float]
     everywhere: bool
     uncovered: tuple[Undecided, ...] = ()
-    certificate: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def motions(self) -> tuple[Proof, ...]:
@@ -68,7 +64,7 @@ class SolutionsProof(Shown):
 
         Examples
         --------
-        >>> len(everything.motions)
+        >>> len(proof.motions)
         8
         """
         return tuple(proof for proof in self.proofs if proof.verdict == "proved")
@@ -79,7 +75,7 @@ class SolutionsProof(Shown):
 
         Examples
         --------
-        >>> everything.count
+        >>> proof.count
         8
         """
         return len(self.motions)
@@ -90,40 +86,10 @@ class SolutionsProof(Shown):
 
         Examples
         --------
-        >>> everything.stable
+        >>> proof.stable
         1
         """
         return sum(proof.stability == "stable" for proof in self.motions)
-
-    @cached_property
-    def statement(self) -> str:
-        """What is shown, as a theorem that can be printed.
-
-        Examples
-        --------
-        >>> print(everything.statement.splitlines()[9])
-        The other solutions of the conditions of periodicity are no motions:
-        """
-        text: str = verb("solutions_statement")(self)
-        return text
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the certificate to ``path`` (JSON); ``vibroimpact.check_proof`` verifies it.
-
-        Raises
-        ------
-        ParameterError
-            If the proof is undecided: there is nothing to write.
-        OSError
-            If it cannot be written.
-
-        Examples
-        --------
-        >>> everything.save("all.json")
-        >>> vi.check_proof("all.json").count
-        8
-        """
-        verb("write_solutions_proof")(path, self)
 
     def _facts(self) -> Facts:
         facts: Facts = {"motions": f"{self.n}-1", "verdict": self.verdict}
@@ -140,7 +106,3 @@ class SolutionsProof(Shown):
             f"<SolutionsProof of all {self.n}-1 motions: {self.verdict}{told}; "
             f"{self.count} motions, {self.stable} stable, among {len(self.proofs)} solutions>"
         )
-
-    def __str__(self) -> str:
-        """The statement."""
-        return self.statement

@@ -1,4 +1,4 @@
-"""What a proof says, in words."""
+"""What the proof of a motion says, in words."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _OF_STRUCTURE = (
 _OF_STOP = ("normal", "tangent", "gap", "restitution", "friction", "amplitude", "phase")
 
 
-def statement(proof: Proof) -> str:
+def motion_statement(proof: Proof) -> str:
     """The theorem, or what is open."""
     if proof.verdict == "undecided":
         return f"Nothing is shown of the {proof.label} motion: {proof.why}."
