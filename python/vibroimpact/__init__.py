@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from .explorer import explore
     from .files import load
     from .fitting import ExpectedErrors, Fit, Record, expected_errors, fit, measure
+    from .gradients import gradient
     from .impact_maps import impact_agreement, impact_regimes
     from .impact_results import ImpactAgreement, ImpactRegimes
     from .orbits import (
@@ -113,6 +114,7 @@ else:
         "explorer": "explore",
         "files": "load",
         "fitting": "ExpectedErrors Fit Record expected_errors fit measure",
+        "gradients": "gradient",
         "impact_maps": "ImpactAgreement ImpactRegimes impact_agreement impact_regimes",
         "orbits": """
             Bifurcation BifurcationCurve Branch ManifoldSide MotionSearch NotFound PeriodicMotion
@@ -240,6 +242,7 @@ __all__ = [
     "explore",
     "fit",
     "follow_motion",
+    "gradient",
     "impact",
     "impact_agreement",
     "impact_regimes",

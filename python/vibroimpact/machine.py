@@ -36,6 +36,16 @@ class Machine(ByValue, Shown):
         """The names of the numbers that vary by name."""
 
     @property
+    @abstractmethod
+    def _coordinates_by_name(self) -> tuple[str, ...]:
+        """The names of the coordinates of a start, in the order of its flat array."""
+
+    @property
+    @abstractmethod
+    def _fastest(self) -> float:
+        """The largest angular frequency of its free motion and its drive."""
+
+    @property
     def _numbers_in_words(self) -> str:
         """The same for a message."""
         return ", ".join(self._numbers_by_name)

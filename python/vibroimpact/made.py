@@ -26,11 +26,10 @@ from .physical import QUANTITIES
 from .scales import in_si, needed
 from .stop import is_of_stops, value_of_stops
 from .structure import Structure
-from .system import System
+from .system import COORDINATES, System
 
 Maker = Callable[..., System]
 
-_COORDINATES = ("x1", "v1", "x2", "v2")
 # Quantities that change the units of a start, l and omega_2.
 _SCALING = {"length", "oscillator_mass", "stiffness"}
 
@@ -136,12 +135,12 @@ class MakerInSI:
         self._system = system
         kind = inspect.Parameter.KEYWORD_ONLY
         self.__signature__ = inspect.Signature(
-            [inspect.Parameter(name, kind, default=None) for name in (*QUANTITIES, *_COORDINATES)]
+            [inspect.Parameter(name, kind, default=None) for name in (*QUANTITIES, *COORDINATES)]
         )
 
     def __call__(self, **values: float) -> System:
         """Return the system with these quantities, in SI."""
-        own = {name: value for name, value in values.items() if name not in _COORDINATES}
+        own = {name: value for name, value in values.items() if name not in COORDINATES}
         return self._system.replace(**own, units="SI")
 
     def starts(self, initial: Any) -> Callable[..., NDArray[np.float64]]:
@@ -152,7 +151,7 @@ class MakerInSI:
 
         def start(**values: float) -> NDArray[np.float64]:
             given = state(initial(**values) if is_maker(initial) else initial)
-            at = [values.get(name, x) for name, x in zip(_COORDINATES, given, strict=True)]
+            at = [values.get(name, x) for name, x in zip(COORDINATES, given, strict=True)]
             system = self(**values) if {*values} & _SCALING else self._system
             return needed(system.scales).from_si(at)
 
@@ -204,12 +203,12 @@ def in_units(
                 f"{name} is not allowed with units='SI'; allowed: the quantities of "
                 f"System.from_physical: {', '.join(QUANTITIES)}"
             )
-    swept(function, axes, [*QUANTITIES, *(_COORDINATES if coordinates else ())])
+    swept(function, axes, [*QUANTITIES, *(COORDINATES if coordinates else ())])
     several = not is_maker(initial) and states(initial).ndim == 2
     moved = sorted({*axes} & _SCALING)
     if several and moved:
         reject("initial", initial, f"one start: the units of starts change with {moved[0]}")
-    if is_maker(initial) or moved or {*axes} & {*_COORDINATES}:
+    if is_maker(initial) or moved or {*axes} & {*COORDINATES}:
         return machine, machine.starts(initial)
     return (machine if axes else system), needed(system.scales).from_si(states(initial))
 
@@ -330,6 +329,18 @@ def varied(system: Any, values: Mapping[str, float]) -> Any:
     if isinstance(system, Made) and all(name in system._numbers for name in values):
         return system.at(values)
     return system.replace(**values)
+
+
+def by_own_numbers(system: Any, names: Sequence[str]) -> tuple[list[str], NDArray[np.float64]]:
+    """Return the own numbers of a machine that change with some numbers, and how: (own, names).
+
+    The numbers are its own, or those of the function that made it.
+    """
+    if isinstance(system, MadeSystem) and names and names[0] in system._numbers:
+        derivatives = system.derivatives(names)
+        moved = np.flatnonzero(derivatives.any(axis=1))
+        return [[*PARAMETERS][k] for k in moved], derivatives[moved]
+    return [*names], np.eye(len(names))
 
 
 def made_from(system: Any, names: Sequence[str]) -> MadeSystem | None:

@@ -354,6 +354,14 @@ class Structure(Machine):
         return numbers_by_name(len(self.stops))
 
     @property
+    def _coordinates_by_name(self) -> tuple[str, ...]:
+        return tuple(f"{row}_{k}" for row in "qv" for k in range(self.coordinates))
+
+    @property
+    def _fastest(self) -> float:
+        return max(float(self.frequencies[-1]), self.drive_frequency)
+
+    @property
     def _numbers_in_words(self) -> str:
         return numbers_in_words(len(self.stops))
 

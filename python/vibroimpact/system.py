@@ -29,6 +29,9 @@ from .verbs import verb
 # Names in code of the symbols in reference data.
 SYMBOLS = {parameter.symbol: name for name, parameter in PARAMETERS.items()}
 
+# The coordinates of a state, in its order.
+COORDINATES = ("x1", "v1", "x2", "v2")
+
 # What each choice means, for the error about another one.
 CHOICES = {
     "contact": {"oblique": "the tip of a pendulum", "direct": "head-on"},
@@ -393,6 +396,14 @@ class System(Mechanics):
     @property
     def _numbers_by_name(self) -> tuple[str, ...]:
         return tuple(PARAMETERS)
+
+    @property
+    def _coordinates_by_name(self) -> tuple[str, ...]:
+        return COORDINATES
+
+    @property
+    def _fastest(self) -> float:
+        return max(1.0, self.frequency_ratio, self.drive_frequency)
 
     def _chosen(self, units: Any) -> Scales | None:
         return chosen(units, self.scales)

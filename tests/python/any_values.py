@@ -120,6 +120,8 @@ TAKES: dict[str, set[str]] = {
     "a word of a list": set(),
     "words of a list": {"list of nothing"},
     "object": set(),
+    "function": set(),
+    "names": {"dict"},
     "object or none": {"none"},
     "state": {"state", "state of float16"},
     "state or states": {"state", "state of float16", "states", "empty rows"},
@@ -164,4 +166,8 @@ TAKES: dict[str, set[str]] = {
 }
 
 # What is not tried, and why: it is taken, and takes as long as is asked for.
-NOT_TRIED = {("axis of starts", "pair of unsigned"): "a tip that turns 1e19 times in a period"}
+NOT_TRIED = {
+    ("axis of starts", "pair of unsigned"): "a tip that turns 1e19 times in a period",
+    ("function", "function"): "it is called, and its errors are its own",
+    ("function", "type"): "the same",
+}

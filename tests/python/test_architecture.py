@@ -74,6 +74,7 @@ PYTHON = [
     "structure_motion",
     "structure_run",
     "simulation",
+    "gradients",
     "impacts",
     "impact_results",
     "impact_maps",

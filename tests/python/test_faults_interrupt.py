@@ -80,6 +80,10 @@ def _verify():
 
 LONG = {
     "simulate": (lambda: lambda: vi.simulate(ROUGH, initial=START, **FOR_EVER), vi.Run),
+    "gradient": (
+        lambda: lambda: vi.gradient(len, ROUGH, ["gap"], initial=START, **FOR_EVER),
+        vi.Run,
+    ),
     "bifurcation_diagram": (
         lambda: lambda: vi.bifurcation_diagram(ROUGH, initial=START, drive_frequency=FREQUENCIES),
         vi.Diagram,

@@ -179,6 +179,19 @@ def calls() -> dict[str, Call]:
         "Sensitivity.trajectory": Call(
             run().sensitivity("gap").trajectory, {"t": [0.0, 1.0]}, {"t": "times"}
         ),
+        "gradient": Call(
+            vi.gradient,
+            start | {"function": lambda run: run.final_state.v1, "names": ["gap"], "periods": 2},
+            {
+                "function": "function",
+                **_SYSTEM,
+                "names": "names",
+                "periods": "whole number",
+                "time": "object or none",
+                "keep": "whole number or none",
+                "section_phase": "number",
+            },
+        ),
         "Run.bounces": Call(
             run().bounces,
             {"down_to": 1e-3, "most": 100},

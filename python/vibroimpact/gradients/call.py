@@ -1,0 +1,192 @@
+"""The call: a function of a run, and its gradient."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._core import CHATTER_TOLERANCE
+from ..arguments import in_short, number, reject
+from ..errors import ParameterError
+from ..hints import close_to
+from ..interruption import interruptible
+from ..machine import Machine
+from ..machine_kinds import is_maker, need_system
+from ..made import MadeSystem, by_own_numbers, check_names, varied
+from ..simulation import simulate
+from ..system import COORDINATES
+from .duals import Dual, constant
+from .quantities import Quantities
+
+Array = NDArray[np.float64]
+
+
+@interruptible
+def gradient(
+    function: Callable[[Any], Any],
+    system: Any,
+    names: str | Sequence[str] | Mapping[str, float],
+    *,
+    initial: ArrayLike,
+    periods: int | None = None,
+    time: float | None = None,
+    keep: int | None = None,
+    section_phase: float = 0.0,
+    max_events: int | None = None,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
+) -> tuple[Any, Array]:
+    """Return a function of a run, and its derivatives by parameters and the start of the motion.
+
+    The function gets the run with numbers that carry their exact derivatives, through impacts and
+    contact; it uses them as NumPy arrays. It can ask for ``impacts["time"]`` and other columns,
+    ``stroboscopic``, ``final_state``, ``trajectory(t)``, ``initial``, ``system.gap`` and other
+    numbers, ``integral(rate)``, as the page on sensitivity tells; ``run`` is the plain run.
+
+    Parameters
+    ----------
+    function
+        A function of the run that returns a number, or an array of any shape S.
+    system
+        The System; or a function of named numbers that makes one.
+    names
+        Names of k numbers of the system, or of its function, and of coordinates of the start. Or a
+        mapping from names to the values at which the derivatives are wanted.
+    initial
+        The start, as in ``simulate``.
+    periods
+        Number of drive periods of the run; or else ``time``.
+    time
+        Its length in time; or else ``periods``.
+    keep
+        How many of its last periods the function sees; all if not given.
+    section_phase
+        Drive phase of its sections, as in ``simulate``.
+    max_events
+        Cap on its events.
+    chatter_tolerance
+        As in ``simulate``.
+
+    Returns
+    -------
+    value : number or array of shape S
+    gradient : array of shape (k,), or (*S, k)
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range.
+    StateError
+        If the start is not finite, or the bodies overlap in it.
+    TypeError
+        If the function uses what would lose derivatives, such as ``math.sin`` or ``float``.
+    SimulationError
+        If the motion, or a derivative of a leg of it, cannot be computed.
+    Interrupted
+        After Ctrl-C.
+
+    Examples
+    --------
+    How hard the first impact is, and by what it changes:
+
+    >>> import vibroimpact as vi
+    >>> ball = vi.System(mass_ratio=0, frequency_ratio=0, restitution=0.5, gap=0,
+    ...                  drive_frequency=0, moment_amplitude=2, contact="direct")
+    >>> value, slope = vi.gradient(lambda run: run.impacts["approach_velocity"][0], ball,
+    ...                            ["gap", "v1"], initial=(-1, 0, 0, 0), time=2)
+    >>> value, slope.tolist()  # sqrt(v1^2 + 2 moment (gap - x1))
+    (2.0, [1.0, 0.0])
+    """
+    if not callable(function):
+        reject("function", function, "a function of a run")
+    machine, start, numbers, coordinates = _given(system, names, initial)
+    run = simulate(
+        machine,
+        initial=start,
+        periods=periods,
+        time=time,
+        keep=keep,
+        section_phase=section_phase,
+        max_events=max_events,
+        chatter_tolerance=chatter_tolerance,
+    )
+    own, derivatives = by_own_numbers(machine, numbers)
+    chain = np.zeros((len(own) + len(coordinates), len(numbers) + len(coordinates)))
+    chain[: len(own), : len(numbers)] = derivatives
+    chain[len(own) :, len(numbers) :] = np.eye(len(coordinates))
+    # In the order of the names.
+    order = [[*numbers, *coordinates].index(name) for name in _listed(names)]
+    quantities = Quantities(run, [*own, *coordinates], chain[:, order], periods is not None)
+    found = function(quantities)
+    if isinstance(found, list | tuple):
+        each = [one if isinstance(one, Dual) else constant(one, len(order)) for one in found]
+        found = np.stack(each) if each else np.zeros(0)
+    if not isinstance(found, Dual):
+        try:
+            found = constant(found, len(order))
+        except (TypeError, ValueError):
+            reject("function", in_short(found), "a function that returns a number, or an array")
+    value = found.value[()]
+    return (value if found.ndim else float(value)), np.array(found.slope)
+
+
+def _listed(names: Any) -> list[str]:
+    return [names] if isinstance(names, str) else [*names]
+
+
+def _given(system: Any, names: Any, initial: Any) -> tuple[Any, Array, list[str], list[str]]:
+    """Return the machine and its start at the values of names; the names of both kinds."""
+    allowed = "names of numbers, each once, or a mapping from them to values"
+    if isinstance(names, bytes | bytearray) or not isinstance(names, str | Sequence | Mapping):
+        reject("names", names, allowed)
+    listed = _listed(names)
+    if not listed or any(not isinstance(name, str) for name in listed):
+        reject("names", names, allowed)
+    if len({*listed}) < len(listed):
+        reject("names", names, allowed)
+    values: dict[str, float | None] = dict.fromkeys(listed)
+    if isinstance(names, Mapping):
+        values = {name: number(f"names[{name!r}]", value) for name, value in names.items()}
+    if is_maker(system):
+        return _made(system, values, initial)
+    need_system(system, maker=True)
+    coordinates = [name for name in values if name in system._coordinates_by_name]
+    numbers = [name for name in values if name not in coordinates]
+    known = system._numbers_by_name
+    for name in numbers:
+        if name not in known:
+            allowed = f"{system._numbers_in_words}, {', '.join(system._coordinates_by_name)}"
+            hint = close_to(name, (*known, *system._coordinates_by_name)) or ";"
+            raise ParameterError(f"names = {name!r} is not allowed{hint} allowed: {allowed}")
+    changed = {k: value for k, value in values.items() if k in numbers and value is not None}
+    machine = varied(system, changed) if changed else system
+    return machine, _started(machine, values, initial), numbers, coordinates
+
+
+def _made(
+    function: Any, values: Mapping[str, Any], initial: Any
+) -> tuple[Any, Array, list[str], list[str]]:
+    coordinates = [name for name in values if name in COORDINATES]
+    numbers = {name: value for name, value in values.items() if name not in coordinates}
+    check_names(function, [*numbers])
+    for name, value in numbers.items():
+        if value is None:
+            reject("names", [*values], f"a mapping from names to values, for the function: {name}")
+    sizes = {name: abs(value) or 1.0 for name, value in numbers.items()}
+    machine = MadeSystem.of(function, numbers, sizes)
+    return machine, _started(machine, values, initial), [*numbers], coordinates
+
+
+def _started(machine: Machine, values: Mapping[str, float | None], initial: Any) -> Array:
+    """Return the start with the values of its coordinates."""
+    start = np.array(machine._starts(initial), dtype=np.float64)
+    if start.ndim != machine._AXES:
+        reject("initial", initial, "one start")
+    flat = start.reshape(-1)
+    for place, name in enumerate(machine._coordinates_by_name):
+        value = values.get(name)
+        if value is not None:
+            flat[place] = value
+    return start

@@ -1,0 +1,258 @@
+"""A run whose numbers carry their derivatives: what a function gets that is differentiated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arguments import reject
+from ..errors import ParameterError
+from ..made import value_of
+from ..sensitivity import OneSided
+from ..tables import EventKind
+from .duals import Dual, constant
+from .duals import value_of as plain
+
+Array = NDArray[np.float64]
+
+# Nodes of Gauss and Legendre in each panel of an integral; panels in the shortest period; nodes
+# that are computed at once.
+_NODES, _PANELS, _AT_ONCE = 8, 4.0, 20_000
+
+
+class Numbers:
+    """The machine of a run: its numbers, and its drive period, by name."""
+
+    def __init__(self, machine: Any, names: Sequence[str], chain: Array) -> None:
+        self._machine = machine
+        self._names = names
+        self._chain = chain
+
+    def __getattr__(self, name: str) -> Any:
+        """Return a number with its derivatives."""
+        machine = self._machine
+        if name == "drive_period":
+            return 2.0 * np.pi / self.drive_frequency
+        if name in machine._numbers_by_name:
+            value = value_of(machine, name)
+            if name in self._names:
+                return Dual(value, self._chain[self._names.index(name)])
+            return constant(value, self._chain.shape[1])
+        if name in ("contact", "law"):
+            return getattr(machine, name)
+        allowed = f"allowed: {machine._numbers_in_words}, drive_period"
+        raise AttributeError(f"{name} has no derivatives; {allowed}")
+
+
+class Rows:
+    """The impacts of a run: columns by name, as those of its table."""
+
+    def __init__(self, table: Any, columns: Mapping[str, Dual]) -> None:
+        self._table = table
+        self._columns = columns
+
+    def __len__(self) -> int:
+        """Return the number of impacts."""
+        return len(self._table)
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a column; whole numbers and regimes are plain."""
+        if name in self._columns:
+            return self._columns[name]
+        if isinstance(name, str) and name in self._table.dtype.names:
+            column = np.asarray(self._table[name])
+            if column.dtype.kind in "iub":
+                return column
+        known = ", ".join(self._columns)
+        raise ParameterError(f"impacts[{name!r}] has no derivatives; allowed: {known}")
+
+
+class End:
+    """The state at the end of a run: ``state``, ``time``, and the coordinates by name."""
+
+    def __init__(self, coordinates: Sequence[str], state: Dual, time: Dual) -> None:
+        self.state = state
+        self.time = time
+        self._coordinates = coordinates
+
+    def __getattr__(self, name: str) -> Any:
+        """Return a coordinate."""
+        if name in self._coordinates:
+            return self.state.ravel()[self._coordinates.index(name)]
+        allowed = f"allowed: state, time, {', '.join(self._coordinates)}"
+        raise AttributeError(f"{name} has no derivatives; {allowed}")
+
+
+class Quantities:
+    """A run with derivatives by k things.
+
+    Attributes
+    ----------
+    run
+        The plain run.
+    system
+        The numbers of its machine.
+    initial
+        Its start.
+    """
+
+    def __init__(self, run: Any, names: Sequence[str], chain: Array, in_periods: bool) -> None:
+        """``chain`` is the derivative of what ``names`` names by the k things, (names, k)."""
+        machine = run.system
+        self.run = run
+        self._names = names
+        self._chain = chain
+        self._in_periods = in_periods
+        self._sensitivity = run.sensitivity(*names)
+        self.system = Numbers(machine, names, chain)
+        coordinates = machine._coordinates_by_name
+        moved = np.zeros((len(coordinates), chain.shape[1]))
+        for row, name in zip(chain, names, strict=True):
+            if name in coordinates:
+                moved[coordinates.index(name)] = row
+        self.initial = self._dual(run.initial, moved)
+
+    def _dual(self, value: Any, slope: Array) -> Dual:
+        array = np.asarray(value, dtype=np.float64)
+        return Dual(array, slope.reshape(*array.shape, slope.shape[-1]))
+
+    def _chained(self, value: Any, moved: Array) -> Dual:
+        return self._dual(value, moved @ self._chain)
+
+    @property
+    def label(self) -> str:
+        """The label of the motion."""
+        return str(self.run.label)
+
+    @property
+    def one_sided(self) -> tuple[OneSided, ...]:
+        """The events from which on derivatives are one-sided."""
+        found: tuple[OneSided, ...] = self._sensitivity.one_sided
+        return found
+
+    @property
+    def impacts(self) -> Rows:
+        """The kept impacts, each at its own time, which moves."""
+        table = self.run.impacts
+        return Rows(
+            table,
+            {
+                name: self._chained(table[name], moved)
+                for name, moved in self._sensitivity._of_columns().items()
+            },
+        )
+
+    @property
+    def stroboscopic(self) -> Dual:
+        """The kept sections, each at its fixed phase of the drive."""
+        return self._chained(self.run.stroboscopic, self._sensitivity.stroboscopic)
+
+    @property
+    def final_state(self) -> End:
+        """The state at the end."""
+        run, found = self.run, self._sensitivity
+        self._need_whole("final_state")
+        moves = self._in_periods and "drive_frequency" in self._names
+        if moves and not np.array_equal(np.ravel(run.stroboscopic[-1:]), np.ravel(_state(run))):
+            raise ParameterError(
+                "with drive_frequency the end of a run over so many periods moves, and it is no "
+                "section; give time, or section_phase = 0"
+            )
+        state = found.stroboscopic[-1] if moves else found.final_state
+        time = self._period_moves(run.final_state.time) if self._in_periods else None
+        return End(
+            run.system._coordinates_by_name,
+            self._chained(_state(run), state),
+            constant(run.final_state.time, self._chain.shape[1]) if time is None else time,
+        )
+
+    def _period_moves(self, time: float) -> Dual:
+        """Return a time that is so many periods."""
+        slope = np.zeros(self._chain.shape[1])
+        if "drive_frequency" in self._names:
+            frequency = self.run.system.drive_frequency
+            slope = -time / frequency * self._chain[self._names.index("drive_frequency")]
+        return Dual(time, slope)
+
+    def trajectory(self, t: Any) -> Dual:
+        """Return the states at fixed times ``t``, as ``trajectory`` of a run does."""
+        if isinstance(t, Dual):
+            raise TypeError("trajectory takes fixed times: plain numbers, without derivatives")
+        return self._chained(self.run.trajectory(t), self._sensitivity.trajectory(t))
+
+    def integral(self, rate: Callable[[Any, Any], Any]) -> Dual:
+        """Return the integral of ``rate(times, states)`` over the kept window.
+
+        By Gauss and Legendre's rule in each flight, exact to rounding for smooth rates; an impact
+        that comes later has a part in the derivative, where the rate jumps.
+
+        Parameters
+        ----------
+        rate
+            A function of times (j,) and states, as ``trajectory`` returns them; (j,) numbers.
+        """
+        self._need_whole("integral")
+        run = self.run
+        if (run.contacts["kind"] == EventKind.CHATTER).any():
+            raise ParameterError(
+                "the run has complete chatter: infinitely many impacts, over which no rate is "
+                "integrated"
+            )
+        first, last = run.kept_from, run.final_state.time
+        events = np.asarray(run.events["time"])
+        edges = np.unique(np.clip([first, *events, last], first, last))
+        total = constant(0.0, self._chain.shape[1])
+        for times, weights in _panels(edges, 2.0 * np.pi / (_PANELS * run.system._fastest)):
+            total = total + (self._rates(rate, times, self.trajectory(times)) * weights).sum()
+        # What an instant that moves takes from one side and gives to the other.
+        slope = total.slope
+        if len(run.impacts):
+            instants = self.impacts["time"]
+            before, after = (
+                plain(self._rates(rate, instants.value, constant(states, len(slope))))
+                for states in self._sensitivity._beside_impacts()
+            )
+            slope = slope + (before - after) @ instants.slope
+        ends = [(first, -1.0)] + ([(last, 1.0)] if self._in_periods else [])
+        for time, sign in ends:
+            moves = self._period_moves(time).slope
+            if moves.any():
+                at = np.array([time])
+                value = plain(self._rates(rate, at, self.trajectory(at)))[0]
+                slope = slope + sign * value * moves
+        return Dual(total.value, slope)
+
+    def _rates(self, rate: Callable[[Any, Any], Any], times: Array, states: Dual) -> Any:
+        rates = rate(times, states)
+        if np.shape(plain(rates)) != times.shape:
+            reject("rate", plain(rates), f"a function that returns {len(times)} numbers here")
+        return rates if isinstance(rates, Dual) else constant(rates, self._chain.shape[1])
+
+    def _need_whole(self, what: str) -> None:
+        if self.run.stop_reason not in ("completed", "rest"):
+            raise ParameterError(
+                f"{what} of a run that has ended early ({self.run.stop_reason}) has no derivatives"
+            )
+
+
+def _state(run: Any) -> Array:
+    return np.asarray(run.final_state.state, dtype=np.float64)
+
+
+def _panels(edges: Array, longest: float) -> Iterator[tuple[Array, Array]]:
+    """Give nodes and weights of integration between edges, some thousands at once."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    lengths = np.diff(edges)
+    counts = np.maximum(np.ceil(lengths / longest), 1.0).astype(np.int64)
+    width = np.repeat(lengths / counts, counts)
+    place = np.arange(len(width)) - np.repeat(np.cumsum(counts) - counts, counts)
+    begins = np.repeat(edges[:-1], counts) + place * width
+    step = _AT_ONCE // _NODES
+    for first in range(0, len(width), step):
+        here = slice(first, first + step)
+        half = 0.5 * width[here, None]
+        times = begins[here, None] + half * (1.0 + nodes)
+        yield np.clip(times.ravel(), edges[0], edges[-1]), (half * weights).ravel()

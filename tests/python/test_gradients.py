@@ -1,0 +1,307 @@
+"""Gradients of functions of a run: against differences, and what would lose a derivative."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from small_results import START
+from systems import PAPER
+from vibroimpact.gradients.duals import FUNCTIONS, RULES, Dual
+
+SYSTEM = PAPER.replace(damping=(0.02, 0.05), friction=0.1, phase=0.3)
+NAMES = ("gap", "restitution", "mass_ratio", "drive_frequency", "oscillator_damping", "v1", "x2")
+WINDOW = {"initial": START, "periods": 12, "keep": 7}
+
+
+def differences(function, system, names, **options):
+    """The derivatives by central differences of the values alone."""
+    given = system.to_dict() | dict(zip(("x1", "v1", "x2", "v2"), START, strict=True))
+    found = []
+    for name in names:
+        ends = [
+            vi.gradient(function, system, {name: given[name] + step}, **options)[0]
+            for step in (-1e-6, 1e-6)
+        ]
+        found.append((np.asarray(ends[1]) - np.asarray(ends[0])) / 2e-6)
+    return np.stack(found, axis=-1)
+
+
+FUNCTIONS_OF_A_RUN = {
+    "an impact": lambda run: run.impacts["time"][3],
+    "the hardest impact": lambda run: run.impacts["approach_velocity"].max(),
+    "energy lost": lambda run: run.impacts["energy_loss"].sum(),
+    "the end": lambda run: run.final_state.state,
+    "a coordinate of the end": lambda run: run.final_state.x2**2 / run.final_state.time,
+    "power": lambda run: (
+        2.0
+        * run.system.oscillator_damping
+        / run.system.mass_ratio
+        * run.integral(lambda t, states: states[:, 3] ** 2)
+    ),
+    "power of the drive": lambda run: run.integral(
+        lambda t, states: states[:, 1] * np.cos(run.system.drive_frequency * t + run.system.phase)
+    ),
+    "time": lambda run: run.integral(lambda t, states: np.ones(len(t))) / run.system.drive_period,
+    "sections": lambda run: np.linalg.norm(run.stroboscopic[-3:], axis=0),
+    "a trace": lambda run: run.trajectory([18.0, 22.0, 37.0])[:, 0].std(),
+    "intervals": lambda run: np.median(np.diff(run.impacts["time"])),
+    "the start": lambda run: run.initial @ np.arange(4.0),
+    "several": lambda run: [run.system.gap, 3.0, run.impacts["x1"][0]],
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS_OF_A_RUN)
+def test_gradients_are_those_of_differences(name):
+    function = FUNCTIONS_OF_A_RUN[name]
+    value, slope = vi.gradient(function, SYSTEM, NAMES, **WINDOW)
+    assert np.shape(slope) == (*np.shape(value), len(NAMES))
+    expected = differences(function, SYSTEM, NAMES, **WINDOW)
+    assert slope == pytest.approx(expected, rel=1e-6, abs=2e-8 * max(1.0, np.abs(value).max()))
+
+
+def test_the_integral_of_the_damping_is_that_of_the_audit():
+    run = vi.simulate(SYSTEM, **WINDOW)
+    zeta1, zeta2 = SYSTEM.damping
+
+    def work(run):
+        def power(_, states):
+            first = zeta1 * SYSTEM.frequency_ratio * states[:, 1] ** 2
+            return -2.0 * (first + zeta2 * states[:, 3] ** 2 / SYSTEM.mass_ratio)
+
+        return run.integral(power)
+
+    value, _ = vi.gradient(work, SYSTEM, "gap", **WINDOW)
+    assert value == pytest.approx(run.energy_audit().damping, rel=1e-12)
+
+
+def test_values_are_those_of_the_run():
+    run = vi.simulate(SYSTEM, **WINDOW)
+    for column in ("time", "x1", "v1_pre", "v2_post", "approach_velocity", "energy_loss"):
+        value, _ = vi.gradient(lambda r, c=column: r.impacts[c], SYSTEM, ["gap"], **WINDOW)
+        assert np.array_equal(value, run.impacts[column])
+    for name in ("regime", "period"):
+        value, slope = vi.gradient(lambda r, c=name: r.impacts[c], SYSTEM, ["gap"], **WINDOW)
+        assert np.array_equal(value, run.impacts[name])
+        assert not slope.any()
+
+
+def test_a_function_makes_the_system():
+    def rig(stiffness, mass):
+        return vi.System.from_physical(
+            pendulum_mass=3, oscillator_mass=mass, length=0.1, torsional_stiffness=500,
+            stiffness=stiffness, gap=0.05, restitution=0.8, drive_frequency=180,
+            moment_amplitude=300,
+        )  # fmt: skip
+
+    def last(run):
+        return run.final_state.x1 + run.system.mass_ratio
+
+    at = {"stiffness": 50e3, "mass": 5.0, "v1": 0.5}
+    value, slope = vi.gradient(last, rig, at, initial=START, periods=8)
+    for place, (name, step) in enumerate({"stiffness": 1.0, "mass": 1e-4, "v1": 1e-5}.items()):
+        ends = [
+            vi.gradient(last, rig, at | {name: at[name] + sign * step}, initial=START, periods=8)
+            for sign in (-1.0, 1.0)
+        ]
+        assert slope[place] == pytest.approx((ends[1][0] - ends[0][0]) / (2 * step), rel=1e-6)
+    assert np.isfinite(value)
+
+
+def test_an_impact_at_a_moving_end_has_its_part():
+    # The rate jumps from 1 to -restitution at the impact, which the gap moves.
+    ball = vi.System(
+        mass_ratio=0, frequency_ratio=0, restitution=0.5, gap=1, drive_frequency=0, contact="direct"
+    )
+    value, slope = vi.gradient(
+        lambda run: run.integral(lambda t, states: states[:, 1]),
+        ball,
+        ["gap", "restitution"],
+        initial=(0, 2, 0, 0),
+        time=1,
+    )
+    assert value == pytest.approx(0.5)
+    assert slope == pytest.approx([1.5, -1.0])
+
+
+DATA = np.array([[0.3, 0.7, 0.2], [0.5, 0.9, 0.4]])
+MOVED = np.array([[1.0, -2.0, 0.5], [0.3, 0.8, -0.7]])
+
+
+def slope_of(function) -> np.ndarray:
+    """The derivative of a function of an array along MOVED, by Dual."""
+    found = function(Dual(DATA, MOVED[..., None]))
+    return found.slope[..., 0]
+
+
+def difference_of(function) -> np.ndarray:
+    """The same by differences."""
+    ends = [np.asarray(function(DATA + sign * 1e-6 * MOVED)) for sign in (-1.0, 1.0)]
+    return (ends[1] - ends[0]) / 2e-6
+
+
+@pytest.mark.parametrize("ufunc", RULES, ids=lambda each: each.__name__)
+def test_elementwise_functions(ufunc):
+    if ufunc.nin == 1:
+        cases = [ufunc]
+    else:
+        cases = [
+            lambda x: ufunc(x, 0.47),
+            lambda x: ufunc(0.47, x),
+            lambda x: ufunc(x, x[:, ::-1] + 1.2 * x[1]),
+            lambda x: ufunc(np.array([0.65, 0.1, 0.87]), x),
+        ]
+    for case in cases:
+        assert slope_of(case) == pytest.approx(difference_of(case), rel=1e-6, abs=1e-9)
+
+
+OTHERS = {
+    np.sum: [lambda x: np.sum(x), lambda x: np.sum(x, axis=0)],
+    np.mean: [lambda x: np.mean(x, axis=1), lambda x: x.mean()],
+    np.diff: [np.diff],
+    np.cumsum: [lambda x: np.cumsum(x, axis=1)],
+    np.reshape: [
+        lambda x: np.reshape(x, (3, 2)),
+        lambda x: x.reshape(6),
+        lambda x: x.reshape(3, 2),
+    ],
+    np.transpose: [lambda x: np.transpose(x) + x.T],
+    np.ravel: [lambda x: np.ravel(x) * x.ravel()],
+    np.squeeze: [lambda x: np.squeeze(x[None])],
+    np.expand_dims: [lambda x: np.expand_dims(x, 0)],
+    np.concatenate: [lambda x: np.concatenate([x, DATA, 2.0 * x])],
+    np.stack: [lambda x: np.stack([x, x], axis=1)],
+    np.vstack: [lambda x: np.vstack([x, x])],
+    np.hstack: [lambda x: np.hstack([x, x])],
+    np.column_stack: [lambda x: np.column_stack([x, x])],
+    np.take: [lambda x: np.take(x, [1, 0], axis=0)],
+    np.broadcast_to: [lambda x: np.broadcast_to(x, (2, 2, 3))],
+    np.flip: [np.flip],
+    np.trace: [lambda x: np.trace(x[:, :2])],
+    np.append: [lambda x: np.append(x, x)],
+    np.dot: [lambda x: np.dot(x, x.T), lambda x: np.dot(DATA.T, x), lambda x: x @ DATA.T],
+    np.inner: [lambda x: np.inner(x[0], x[1])],
+    np.outer: [lambda x: np.outer(x[0], x[1])],
+    np.max: [lambda x: np.max(x), lambda x: np.max(x, axis=0), lambda x: x.max()],
+    np.min: [lambda x: np.min(x), lambda x: np.min(x, axis=1), lambda x: x.min(0)],
+    np.std: [np.std, lambda x: np.std(x, axis=0), lambda x: x.std()],
+    np.var: [np.var, lambda x: np.var(x, axis=1), lambda x: x.var()],
+    np.median: [np.median, lambda x: np.median(x, axis=0), lambda x: np.median(x, axis=1)],
+    np.sort: [np.sort],
+    np.where: [lambda x: np.where(x > 0.45, x**2, 1.0)],
+    np.clip: [lambda x: np.clip(x, 0.25, 0.6)],
+    np.linalg.norm: [np.linalg.norm, lambda x: np.linalg.norm(x, axis=1)],
+}
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda each: each.__name__)
+def test_other_functions(function):
+    for case in OTHERS[function]:
+        plain = case(DATA)
+        assert case(Dual(DATA, MOVED[..., None])).value == pytest.approx(plain)
+        assert slope_of(case) == pytest.approx(difference_of(case), rel=1e-6, abs=1e-9)
+
+
+def test_comparisons_are_those_of_the_values():
+    x = Dual(DATA, MOVED[..., None])
+    assert np.array_equal(x > 0.45, DATA > 0.45)
+    assert np.array_equal(x[x > 0.45].value, DATA[DATA > 0.45])
+    assert max(x[0]).value == 0.7
+    assert [len(row) for row in x] == [3, 3]
+    assert "derivatives" in repr(x)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda x: float(x[0, 0]),
+        lambda x: int(x[0, 0]),
+        lambda x: math.sin(x[0, 0]),
+        lambda x: np.array(x),
+        lambda x: np.fft.fft(x),
+        lambda x: np.interp(0.5, x[0], x[1]),
+        lambda x: np.frexp(x),
+        lambda x: np.add.accumulate(x),
+    ],
+)
+def test_what_would_lose_derivatives_is_refused(use):
+    with pytest.raises(TypeError, match=r"lose|has no derivative"):
+        use(Dual(DATA, MOVED[..., None]))
+
+
+def first(run):
+    """When the first impact comes."""
+    return run.impacts["time"][0]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"function": 3}, "function"),
+        ({"function": lambda run: "late"}, "function"),
+        ({"function": lambda run: run.impacts["impulse_normal"][0]}, "impulse_normal"),
+        ({"function": lambda run: run.integral(lambda t, x: 1.0)}, "rate"),
+        ({"names": ["gab"]}, "did you mean gap"),
+        ({"names": []}, "names"),
+        ({"names": ["gap", "gap"]}, "each once"),
+        ({"names": 3}, "names"),
+        ({"names": [3]}, "names"),
+        ({"names": {"gap": math.nan}}, r"names\['gap'\] = nan"),
+        ({"names": {"restitution": 2.0}}, "restitution = 2"),
+        ({"system": 3}, "system"),
+        ({"system": lambda width: PAPER, "names": ["width"]}, "values"),
+        ({"system": lambda width: PAPER, "names": {"gap": 0.5}}, "width"),
+        ({"periods": 0}, "periods"),
+        ({"initial": [START, START]}, "initial"),
+    ],
+)
+def test_wrong_arguments_are_named(change, said):
+    given = {"function": first, "system": PAPER, "names": ["gap"], "initial": START, "periods": 3}
+    with pytest.raises((vi.ParameterError, vi.StateError), match=said):
+        vi.gradient(**given | change)
+
+
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [
+        (lambda run: run.system.mass, "mass has no derivatives"),
+        (lambda run: run.final_state.mode, "mode has no derivatives"),
+    ],
+)
+def test_unknown_attributes_are_named(function, said):
+    with pytest.raises(AttributeError, match=said):
+        vi.gradient(function, PAPER, ["gap"], initial=START, periods=3)
+
+
+def test_an_end_that_moves_and_is_no_section_is_refused():
+    options = {"initial": START, "periods": 3, "section_phase": 1.0}
+    with pytest.raises(vi.ParameterError, match="give time"):
+        vi.gradient(lambda run: run.final_state.x1, PAPER, ["drive_frequency"], **options)
+    vi.gradient(lambda run: run.final_state.x1, PAPER, ["gap"], **options)
+
+
+def test_an_integral_over_chatter_is_refused():
+    sticky = PAPER.replace(
+        drive_frequency=0.25, restitution=0.3, damping=(0.1, 0.1), moment_amplitude=3.0
+    )
+
+    def work(run):
+        return run.integral(lambda t, states: states[:, 1])
+
+    with pytest.raises(vi.ParameterError, match="chatter"):
+        vi.gradient(work, sticky, ["gap"], initial=START, periods=3)
+
+
+def test_one_sided_derivatives_are_told():
+    ball = vi.System(
+        mass_ratio=0, frequency_ratio=0, restitution=0.5, gap=0, drive_frequency=0, contact="direct"
+    )
+    told = []
+
+    def end(run):
+        told.extend(each.reason for each in run.one_sided)
+        return run.final_state.v1
+
+    value, slope = vi.gradient(end, ball, ["v1"], initial=(0, 2, 0, 0), time=1)
+    assert (value, slope.tolist(), told) == (-1.0, [-0.5], ["start_on_contact"])
