@@ -79,8 +79,8 @@ pub use flight::{
 };
 pub use model::{
     Clock, Contact, ImpactLaw, Parameter, ParameterError, SimulationError, Simultaneous, State,
-    StateError, Stop, Structure, StructureBuilder, StructureParameter, StructureState, System,
-    SystemBuilder,
+    StateError, Stop, StopVariation, Structure, StructureBuilder, StructureParameter,
+    StructureState, System, SystemBuilder, Variation,
 };
 pub use numerics::cancel::CancelToken;
 pub use search::{GapPoint, Start};

@@ -16,5 +16,6 @@ pub use parameters::{Contact, ImpactLaw, Parameter, System, SystemBuilder};
 pub use point::Point;
 pub use state::{Clock, State};
 pub use structure::{
-    Simultaneous, Stop, Structure, StructureBuilder, StructureParameter, StructureState,
+    Simultaneous, Stop, StopVariation, Structure, StructureBuilder, StructureParameter,
+    StructureState, Variation,
 };

@@ -57,7 +57,7 @@ mod _core {
     #[pymodule_export]
     use super::run::{PyFinalState, PyRun};
     #[pymodule_export]
-    use super::sensitivity::{PySensitivity, sensitivity};
+    use super::sensitivity::{PySensitivity, sensitivity, structure_sensitivity};
     #[pymodule_export]
     use super::simulate::simulate;
     #[pymodule_export]

@@ -29,7 +29,10 @@ pub(crate) use strike::{
     Columns, Departure, Derivative, ImpactPoint, Numbers, Rates, Strike, flown, scaled,
 };
 
-pub use sensitivity::{Legs, OneSided, OneSidedReason, Sensitivity, SensitivityError, sensitivity};
+pub use sensitivity::{
+    Along, Legs, OneSided, OneSidedReason, Sensitivity, SensitivityError, StructureLegs,
+    sensitivity, structure_sensitivity,
+};
 
 use chatter::{Accumulation, accumulate};
 use contact::stick_condition;

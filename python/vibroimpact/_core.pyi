@@ -70,6 +70,7 @@ __all__ = [
     "simulate",
     "sin_cos",
     "structure_motion",
+    "structure_sensitivity",
     "structure_spectrum",
     "structure_sweep",
     "sweep",
@@ -933,26 +934,36 @@ class Sensitivity:
         """(n, k) of the times of the kept impacts."""
     @property
     def before(self) -> NDArray[np.float64]:
-        """(n, 4, k) of the states before them."""
+        """(n, r, k) of the states before them."""
     @property
     def after(self) -> NDArray[np.float64]:
-        """(n, 4, k) of the states after them."""
+        """(n, r, k) of the states after them."""
     @property
     def stroboscopic(self) -> NDArray[np.float64]:
-        """(m, 4, k) of the sections."""
+        """(m, r, k) of the sections."""
     @property
     def final_state(self) -> NDArray[np.float64]:
-        """(1, 4, k) of the final state."""
+        """(1, r, k) of the final state."""
     @property
     def one_sided(self) -> list[tuple[int, float, str]]:
         """Index, time and reason of each event from which on derivatives are one-sided."""
     def trajectory(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(len(t), 4, k) of the states at times inside the kept window."""
+        """(len(t), r, k) of the states at times inside the kept window."""
 
 def sensitivity(
     run: Run, initial: tuple[float, float, float, float], names: Sequence[str]
 ) -> Sensitivity:
     """Derivatives of a run from this start by the numbers of these names."""
+
+def structure_sensitivity(
+    run: StructureRun,
+    initial: NDArray[np.float64],
+    by: Sequence[tuple[str, dict[str, Any] | None]],
+) -> Sensitivity:
+    """Derivatives of a run of a structure from this start, (2, N), along directions by name.
+
+    Each has the derivatives of fields where the name alone does not say them.
+    """
 
 def lyapunov_spectrum(run: Run, steps: int, step: float | None = None) -> Spectrum:
     """The spectrum of the motion that continues from the end of ``run``.

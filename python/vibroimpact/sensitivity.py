@@ -1,12 +1,14 @@
-"""Derivatives of a run by the parameters of its machine and by its start, as a result.
+"""Derivatives of a run by the numbers of its machine and by its start, as a result.
 
 The rows of the tables are those of the run. The definitions are on the sensitivity page.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -27,7 +29,7 @@ class ImpactSensitivity(NamedTuple):
         By how much the impact comes later, shape (n, k).
     before, after
         Derivatives of the states just before and just after it, at its own time, which moves, shape
-        (n, 4, k); rows x1, v1, x2, v2.
+        (n, 4, k); rows x1, v1, x2, v2. Of a structure (n, 2N, k); rows q, then v.
 
     Examples
     --------
@@ -111,6 +113,8 @@ class _Core(Protocol):
 class Sensitivity(Shown):
     """Derivatives of a run by k names, as ``run.sensitivity`` returns them; read-only arrays.
 
+    States have the rows x1, v1, x2, v2; of a structure q and then v, 2N in place of 4.
+
     Examples
     --------
     >>> import vibroimpact as vi
@@ -124,10 +128,18 @@ class Sensitivity(Shown):
     (4, 2)
     """
 
-    def __init__(self, core: _Core, run: Any, names: tuple[str, ...]) -> None:
+    def __init__(
+        self,
+        core: _Core,
+        run: Any,
+        names: tuple[str, ...],
+        directions: Mapping[str, Any] = MappingProxyType({}),
+    ) -> None:
         self._core = core
         self._run = run
-        self._names = names
+        self._names = (*names, *directions)
+        # As they were given.
+        self._directions = dict(directions)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -155,7 +167,7 @@ class Sensitivity(Shown):
 
     @cached_property
     def final_state(self) -> NDArray[np.float64]:
-        """Derivatives of the final state, at its fixed time, shape (4, k)."""
+        """Derivatives of the final state, at its fixed time, shape (4, k), or (2N, k)."""
         return read_only(self._core.final_state[0])
 
     @cached_property
@@ -176,7 +188,7 @@ class Sensitivity(Shown):
 
         Returns
         -------
-        array, shape (j, 4, k), rows x1, v1, x2, v2; (4, k) for one time
+        array, shape (j, 4, k), rows x1, v1, x2, v2; (4, k) for one time; of a structure 2N rows
 
         Raises
         ------
@@ -253,18 +265,20 @@ class Sensitivity(Shown):
         }
 
     def __eq__(self, other: object) -> bool:
-        """Whether both are of one run by the same names."""
+        """Whether both are of one run by the same names, along the same directions."""
         if not isinstance(other, type(self)):
             return NotImplemented
-        return self._names == other._names and bool(self._run == other._run)
+        same = self._names == other._names and bool(self._run == other._run)
+        return same and bool((self.final_state == other.final_state).all())
 
     def __hash__(self) -> int:
         """Return a hash that equal ones share."""
         return hash((self._names, self._run))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the run and the names, from which all else follows."""
-        return _again, (self._run, self._names)
+        """Pickle the run and what it is differentiated by, from which all else follows."""
+        plain = self._names[: len(self._names) - len(self._directions)]
+        return _again, (self._run, plain, self._directions)
 
     def __repr__(self) -> str:
         """Say what it is of."""
@@ -275,6 +289,6 @@ class Sensitivity(Shown):
         )
 
 
-def _again(run: Any, names: tuple[str, ...]) -> Sensitivity:
-    found: Sensitivity = run.sensitivity(*names)
+def _again(run: Any, names: tuple[str, ...], directions: dict[str, Any]) -> Sensitivity:
+    found: Sensitivity = run.sensitivity(*names, **directions)
     return found

@@ -15,12 +15,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .run_parts import read_only
 from .run_record import RunRecord
 from .structure import Structure
+from .structure_directions import directions as directions_of
 from .structure_run_parts import (
     TABLES,
+    PhysicalSensitivity,
     StructureEnergyAudit,
     StructureState,
     arrays_of,
@@ -31,6 +34,7 @@ from .tables import Table, of_columns
 from .verbs import verb
 
 if TYPE_CHECKING:
+    from .sensitivity import Sensitivity
     from .structure_motion import StructureOrbit
     from .verb_types import NotFound
 
@@ -197,6 +201,55 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
         (True, True)
         """
         return StructureEnergyAudit(**self._works())
+
+    def sensitivity(self, *names: str, **directions: Any) -> Sensitivity:
+        """Differentiate the run by numbers of its structure and its start, exactly.
+
+        The motion is followed once more, through impacts, chatter and closed stops, as
+        ``Run.sensitivity`` follows that of a System. States have 2N rows, q and then v.
+
+        Parameters
+        ----------
+        *names
+            ``"drive_frequency"``, ``"phase"``; ``"gap"``, ``"restitution"``, ``"friction"`` of all
+            stops, or of one of them, ``"gap_0"``; an entry of a matrix with its mirror image,
+            ``"stiffness[0, 1]"``, also of ``mass`` and ``damping``; components of the start,
+            ``"q_0"``, ``"v_0"``. Each once.
+        **directions
+            Numbers that the structure depends on, by names of your own: a mapping from fields of
+            the structure to their derivatives, as ``k2={"stiffness": [[0, 0], [0, 1]]}``; or a pair
+            of a function of the number that makes the structure, and the number. Damping ratios
+            that are given stay as they are where mass or stiffness vary.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown name or field, one given twice, none, or a number that the structure
+            cannot be varied by, such as the friction of a stop without it.
+        SimulationError
+            If a leg of the motion has no derivatives that can be computed; ``.result`` is this run.
+        Interrupted
+            After Ctrl-C; ``.result`` is this run.
+
+        Examples
+        --------
+        >>> found = run.sensitivity("gap", "v_0", spring={"stiffness": [[1.0]]})
+        >>> found.names, found.final_state.shape
+        (('gap', 'v_0', 'spring'), (2, 3))
+        """
+        by = directions_of(self._system, names, directions)
+        start = self._system._to_core(self._initial)
+        try:
+            core: Any = _core.structure_sensitivity(self._core, start, by)
+        except SimulationError as error:
+            error.result = self
+            raise
+        except KeyboardInterrupt:
+            raise Interrupted("interrupted while the run was differentiated", self) from None
+        if self._system._basis.is_modal:
+            core = PhysicalSensitivity(core, self._system._from_core)
+        found: Sensitivity = verb("sensitivity")(core, self, names, directions)
+        return found
 
     def refine(self) -> StructureOrbit | NotFound:
         """Find the periodic motion that this run has settled on, to rounding, with its multipliers.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -178,3 +178,52 @@ def core_of(
     tables = {name: columns(name) for name in TABLES}
     sections = arrays[f"{prefix}stroboscopic"]
     return _core.StructureRun.from_parts(structure, text, stroboscopic=sections, **tables)
+
+
+class PhysicalSensitivity:
+    """What the core gives of a sensitivity, in physical coordinates of a structure from modes."""
+
+    def __init__(self, core: _core.Sensitivity, physical: Callable[[Array], Array]) -> None:
+        self._core = core
+        self._physical = physical
+
+    def _rows(self, rows: Array) -> Array:
+        """Derivatives of states (n, 2N, k) in physical coordinates."""
+        n, width, k = rows.shape
+        modal = rows.reshape(n, 2, width // 2, k).transpose(0, 3, 1, 2)
+        states = self._physical(modal)
+        return states.transpose(0, 2, 3, 1).reshape(n, -1, k)
+
+    @property
+    def times(self) -> Array:
+        """As those of the core."""
+        return self._core.times
+
+    @property
+    def before(self) -> Array:
+        """As those of the core."""
+        return self._rows(self._core.before)
+
+    @property
+    def after(self) -> Array:
+        """As those of the core."""
+        return self._rows(self._core.after)
+
+    @property
+    def stroboscopic(self) -> Array:
+        """As those of the core."""
+        return self._rows(self._core.stroboscopic)
+
+    @property
+    def final_state(self) -> Array:
+        """As those of the core."""
+        return self._rows(self._core.final_state)
+
+    @property
+    def one_sided(self) -> list[tuple[int, float, str]]:
+        """As those of the core."""
+        return self._core.one_sided
+
+    def trajectory(self, t: Array) -> Array:
+        """As that of the core."""
+        return self._rows(self._core.trajectory(t))

@@ -14,6 +14,7 @@ mod parameter;
 mod simultaneous;
 mod state;
 mod stop;
+mod variation;
 mod with;
 
 use std::sync::Arc;
@@ -32,6 +33,8 @@ pub(crate) use state::largest_number;
 pub use state::{Coordinates, StructureState};
 pub use stop::Stop;
 pub(crate) use stop::StopContactRows;
+pub(crate) use variation::ModalVariation;
+pub use variation::{StopVariation, Variation};
 
 /// Coordinates at most: the modes of so many take seconds, a time that grows with its cube.
 const MOST_COORDINATES: usize = 256;

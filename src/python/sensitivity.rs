@@ -1,15 +1,21 @@
 //! `_core.Sensitivity`.
 
-use numpy::{PyArray1, PyReadonlyArray1};
+use nalgebra::Complex;
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::arrays;
 use super::cancel::{interrupted, interruptible};
 use super::errors::failed;
 use super::run::PyRun;
+use super::structure::rows;
+use super::structure_run::PyStructureRun;
 use crate::model::state::State;
-use crate::tangent::{OneSidedReason, Sensitivity, SensitivityError};
+use crate::model::structure::{StopVariation, StructureState, Variation};
+use crate::tangent::{
+    Along, OneSidedReason, Sensitivity, SensitivityError, structure_sensitivity as of_structure,
+};
 
 impl From<SensitivityError> for PyErr {
     fn from(error: SensitivityError) -> Self {
@@ -22,9 +28,9 @@ impl From<SensitivityError> for PyErr {
     }
 }
 
-/// Derivatives of a run.
+/// Derivatives of a run; r rows of numbers are a state.
 #[pyclass(name = "Sensitivity", module = "vibroimpact._core", frozen)]
-pub(super) struct PySensitivity(Sensitivity);
+pub(super) struct PySensitivity(Sensitivity<Box<dyn Along>>);
 
 impl PySensitivity {
     /// A table of these dimensions, the last of which is what is differentiated by.
@@ -42,6 +48,11 @@ impl PySensitivity {
         let shape = PyTuple::new(py, shape)?;
         array.call_method1("reshape", (shape,))
     }
+
+    /// Numbers of a state.
+    fn width(&self) -> usize {
+        self.0.final_state.len() / self.0.names.len()
+    }
 }
 
 #[pymethods]
@@ -51,25 +62,25 @@ impl PySensitivity {
     fn times<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.table(py, &self.0.times, [])
     }
-    /// (n, 4, k) of the states before them.
+    /// (n, r, k) of the states before them.
     #[getter]
     fn before<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.table(py, &self.0.before, [4])
+        self.table(py, &self.0.before, [self.width()])
     }
-    /// (n, 4, k) of the states after them.
+    /// (n, r, k) of the states after them.
     #[getter]
     fn after<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.table(py, &self.0.after, [4])
+        self.table(py, &self.0.after, [self.width()])
     }
-    /// (m, 4, k) of the sections.
+    /// (m, r, k) of the sections.
     #[getter]
     fn stroboscopic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.table(py, &self.0.stroboscopic, [4])
+        self.table(py, &self.0.stroboscopic, [self.width()])
     }
-    /// (1, 4, k) of the final state.
+    /// (1, r, k) of the final state.
     #[getter]
     fn final_state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.table(py, &self.0.final_state, [4])
+        self.table(py, &self.0.final_state, [self.width()])
     }
     /// Index, time and reason of each event from which on derivatives are one-sided.
     #[getter]
@@ -77,7 +88,7 @@ impl PySensitivity {
         let reason = |reason: OneSidedReason| reason.name();
         self.0.one_sided.iter().map(|at| (at.index, at.time, reason(at.reason))).collect()
     }
-    /// (len(t), 4, k) of the states at times inside the kept window.
+    /// (len(t), r, k) of the states at times inside the kept window.
     fn trajectory<'py>(
         &self,
         py: Python<'py>,
@@ -88,7 +99,7 @@ impl PySensitivity {
         let rows = rows.ok_or_else(|| {
             pyo3::exceptions::PyValueError::new_err("t outside of the kept window")
         })?;
-        self.table(py, &rows, [4])
+        self.table(py, &rows, [self.width()])
     }
 }
 
@@ -105,5 +116,81 @@ pub(super) fn sensitivity(
     let (found, _) = interruptible(py, None, |cancel| {
         crate::tangent::sensitivity(&run.0, initial, &names, cancel)
     })?;
-    Ok(PySensitivity(found))
+    Ok(PySensitivity(found.of_any()))
+}
+
+/// Derivatives of a run of a structure from this start, (2, N), along directions: each has a name, and
+/// the derivatives of fields where the name alone does not say them.
+#[pyfunction]
+pub(super) fn structure_sensitivity(
+    py: Python<'_>,
+    run: &PyStructureRun,
+    initial: PyReadonlyArray2<'_, f64>,
+    by: Vec<(String, Option<Bound<'_, PyDict>>)>,
+) -> PyResult<PySensitivity> {
+    let initial = rows(&initial);
+    let initial = StructureState::new(&initial[0], &initial[1]);
+    let structure = &run.0.system;
+    let mut along = Vec::with_capacity(by.len());
+    for (name, fields) in by {
+        let variation = match fields {
+            Some(fields) => variation(&fields, structure.stops().len())?,
+            None => Variation::named(&name, structure)?,
+        };
+        along.push((name, variation));
+    }
+    let (found, _) =
+        interruptible(py, None, |cancel| of_structure(&run.0, initial, along, cancel))?;
+    Ok(PySensitivity(found.of_any()))
+}
+
+/// The derivatives of fields.
+fn variation(fields: &Bound<'_, PyDict>, stops: usize) -> PyResult<Variation> {
+    let mut found = Variation::default();
+    let mut start = [None, None];
+    for (key, value) in fields {
+        let key: String = key.extract()?;
+        let vector = || -> PyResult<Vec<f64>> {
+            Ok(arrays::to_vec(&value.extract::<PyReadonlyArray1<'_, f64>>()?))
+        };
+        let matrix = || -> PyResult<Vec<Vec<f64>>> {
+            Ok(rows(&value.extract::<PyReadonlyArray2<'_, f64>>()?))
+        };
+        match key.as_str() {
+            "mass" => found.mass = Some(matrix()?),
+            "stiffness" => found.stiffness = Some(matrix()?),
+            "damping" => found.damping = Some(matrix()?),
+            "damping_ratios" => found.damping_ratios = Some(vector()?),
+            "static_load" => found.static_load = Some(vector()?),
+            "drive_amplitude" => {
+                let drive = value.extract::<PyReadonlyArray1<'_, Complex<f64>>>()?;
+                found.drive_amplitude = Some(drive.as_array().iter().copied().collect());
+            }
+            "drive_frequency" => found.drive_frequency = value.extract()?,
+            "phase" => found.phase = value.extract()?,
+            "q" => start[0] = Some(vector()?),
+            "v" => start[1] = Some(vector()?),
+            "stops" => {
+                let all = matrix()?;
+                let of = |row: &Vec<f64>| StopVariation {
+                    gap: row[0],
+                    restitution: row[1],
+                    friction: row[2],
+                    amplitude: row[3],
+                    phase: row[4],
+                };
+                found.stops = all.iter().map(of).collect();
+                debug_assert_eq!(found.stops.len(), stops);
+            }
+            _ => return Err(pyo3::exceptions::PyValueError::new_err(key)),
+        }
+    }
+    if let [q, v] = &start
+        && let Some(some) = q.as_ref().or(v.as_ref())
+    {
+        let none = vec![0.0; some.len()];
+        let of = |part: &Option<Vec<f64>>| part.clone().unwrap_or_else(|| none.clone());
+        found.start = Some(StructureState::new(&of(q), &of(v)));
+    }
+    Ok(found)
 }

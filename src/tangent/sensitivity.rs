@@ -12,14 +12,17 @@ mod contact;
 mod error;
 mod follow;
 mod marks;
+mod structure;
 
 pub use error::SensitivityError;
 pub use marks::{OneSided, OneSidedReason};
+pub use structure::{StructureLegs, structure_sensitivity};
 
 use by::By;
 use columns::Differentiated;
 use follow::{Follower, SensitiveLeg, rows_of};
 
+use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::Simulation;
@@ -27,8 +30,17 @@ use crate::simulate::event::{ImpactEvent, ImpactRecord};
 use crate::simulate::run::Run;
 use crate::tangent::tolerances::SAME_TIME;
 
-/// Derivatives of a run by some numbers, `names.len()` in each row; states are x1, x1', x2, x2', a row
-/// for each of these. `L` is what follows the motion at other times.
+/// What tells derivatives at any time.
+pub trait Along: Send + Sync {
+    /// Derivatives of the states at these fixed times; `None` for a time outside of the kept window.
+    ///
+    /// # Errors
+    /// [`SensitivityError`] within a leg that has none.
+    fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError>;
+}
+
+/// Derivatives of a run by some numbers, `names.len()` in each row; states are x1, x1', x2, x2', or q
+/// and then q' of a structure, a row for each of these. `L` is what follows the motion at other times.
 #[derive(Debug, Clone)]
 pub struct Sensitivity<L = Legs> {
     /// What the run is differentiated by.
@@ -55,15 +67,50 @@ pub struct Legs {
     span: (f64, f64),
 }
 
-impl Sensitivity {
+impl<L: Along> Sensitivity<L> {
     /// Derivatives of the states at these fixed times; `None` for a time outside of the kept window.
     ///
     /// # Errors
     /// [`SensitivityError`] within a contact phase that has none.
     pub fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
-        let Legs { of, all: legs, span: (from, to) } = &self.legs;
+        self.legs.trajectory(times)
+    }
+
+    /// The same, whatever was differentiated.
+    pub(crate) fn of_any(self) -> Sensitivity<Box<dyn Along>>
+    where
+        L: 'static,
+    {
+        let Self { names, times, before, after, stroboscopic, final_state, one_sided, legs } = self;
+        let legs: Box<dyn Along> = Box::new(legs);
+        Sensitivity { names, times, before, after, stroboscopic, final_state, one_sided, legs }
+    }
+}
+
+impl Along for Box<dyn Along> {
+    fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
+        (**self).trajectory(times)
+    }
+}
+
+/// Refuses no names, and one that is given twice.
+fn check_names(names: &[String]) -> Result<(), ParameterError> {
+    if names.is_empty() {
+        return Err(ParameterError::new("names", "none", "at least one name"));
+    }
+    for (i, name) in names.iter().enumerate() {
+        if names[..i].contains(name) {
+            return Err(ParameterError::new("names", name.clone(), "each name once"));
+        }
+    }
+    Ok(())
+}
+
+impl Along for Legs {
+    fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
+        let Self { of, all: legs, span: (from, to) } = self;
         let drive = &of.model.motion.drive;
-        let mut rows = Vec::with_capacity(4 * self.names.len() * times.len());
+        let mut rows = Vec::with_capacity(4 * of.by.len() * times.len());
         for &time in times {
             if !(*from..=*to).contains(&time) {
                 return Ok(None);
@@ -109,6 +156,7 @@ pub fn sensitivity(
     names: &[String],
     cancel: &CancelToken,
 ) -> Result<Sensitivity, SensitivityError> {
+    check_names(names)?;
     let by = By::all(names, &run.system)?;
     let of = Differentiated::new(&run.system, by, names.to_vec());
     let options = &run.options;

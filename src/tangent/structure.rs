@@ -15,10 +15,12 @@
 //! cases: F+ is that of the leg which follows in the end.
 
 mod chatter;
+mod forced;
 mod impact;
 mod perturbed;
 mod rates;
 mod samples;
+mod varied;
 
 use std::sync::Arc;
 
@@ -57,6 +59,9 @@ pub enum StructureTangentError {
         "the chatter at stop {0} that ends at t = {1} has no derivative that could be computed"
     )]
     Chatter(usize, f64),
+    /// The structure is damped too strongly for derivatives by its equation.
+    #[error("damped too strongly for derivatives by its equation, in the leg from t = {0}")]
+    Damping(f64),
     /// A stop is reached without velocity and without chatter: nearby motions do not reach it.
     #[error("a stop is reached without velocity at t = {0}")]
     Landing(f64),

@@ -70,6 +70,7 @@ PYTHON = [
     "run_record",
     "run",
     "run_in_si",
+    "structure_directions",
     "structure_run_parts",
     "structure_motion",
     "structure_run",
@@ -161,6 +162,7 @@ RESULTS = [
 ]
 NOUNS = [
     *FIRST,
+    "structure_directions",
     "continuation.names",
     "fitting.ranges",
     "fitting.record",

@@ -103,7 +103,7 @@ impl Leg<StructureState> for StructureLeg {
 
 impl StructureMode {
     /// These stops, held so.
-    pub(super) fn holds(self, structure: &Structure, stops: &[u32]) -> Closed {
+    pub(crate) fn holds(self, structure: &Structure, stops: &[u32]) -> Closed {
         let rubs = |stop: &u32| structure.stops()[*stop as usize].friction() > 0.0;
         let stop = stops.iter().copied().find(rubs).unwrap_or(0) as usize;
         let all = stops.iter().map(|&stop| stop as usize);

@@ -32,14 +32,6 @@ impl By {
     /// # Errors
     /// [`ParameterError`] names the first that is none, or none that this system can change.
     pub fn all(names: &[String], system: &System) -> Result<Vec<Self>, ParameterError> {
-        if names.is_empty() {
-            return Err(ParameterError::new("names", "none", "at least one name"));
-        }
-        for (i, name) in names.iter().enumerate() {
-            if names[..i].contains(name) {
-                return Err(ParameterError::new("names", name.clone(), "each name once"));
-            }
-        }
         names.iter().map(|name| Self::of(name, system)).collect()
     }
 

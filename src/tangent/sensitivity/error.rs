@@ -1,6 +1,8 @@
 //! Why a run has no derivatives.
 
 use crate::model::error::{ParameterError, SimulationError, StateError};
+use crate::simulate::event::StopReason;
+use crate::tangent::structure::StructureTangentError;
 
 /// Why a run has no derivatives.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -37,6 +39,9 @@ pub enum SensitivityError {
         /// When the flight begins.
         time: f64,
     },
+    /// A leg of a structure has none.
+    #[error(transparent)]
+    Structure(StructureTangentError),
     /// Contact begins without an impact: nearby motions do not reach it, or strike.
     #[error("the bodies come to contact without velocity at t = {time}: nearby motions differ")]
     Landing {
@@ -46,4 +51,15 @@ pub enum SensitivityError {
     /// The caller wished it.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl From<StructureTangentError> for SensitivityError {
+    fn from(why: StructureTangentError) -> Self {
+        match why {
+            StructureTangentError::State(error) => error.into(),
+            StructureTangentError::Simulation(error) => error.into(),
+            StructureTangentError::Stopped(StopReason::Interrupted) => Self::Cancelled,
+            other => Self::Structure(other),
+        }
+    }
 }

@@ -41,16 +41,16 @@ impl Perturbed {
         let far = drive.advance(event.clock, after);
         let mut hopping = Simulation::hopping(&self.of.structure, before.clone(), far);
         let mut ahead = self.clone();
-        let mut best: Option<Limit> = None;
+        let mut best: Option<(Limit, i64)> = None;
         for _ in 0..MOST_BOUNCES {
-            if let Some(limit) = ahead.samples.limit(&drive)
-                && best.as_ref().is_none_or(|best| limit.error < best.error)
+            if let Some(limit) = ahead.samples.limit(&self.of)
+                && best.as_ref().is_none_or(|(best, _)| limit.error < best.error)
             {
-                best = Some(limit);
+                best = Some((limit, ahead.samples.period()));
             }
             // What comes after the best one has more rounding.
             let noise = ahead.samples.last().map_or(0.0, Sample::noise);
-            if best.as_ref().is_some_and(|best| noise >= best.error) {
+            if best.as_ref().is_some_and(|(best, _)| noise >= best.error) {
                 break;
             }
             match ahead.advance(&mut hopping) {
@@ -59,6 +59,10 @@ impl Perturbed {
             }
         }
         self.samples = Samples::default();
-        best.filter(|best| best.error <= CONVERGED_SLOPES)
+        let (mut best, period) = best.filter(|(best, _)| best.error <= CONVERGED_SLOPES)?;
+        if let Some(later) = self.of.later(event.clock.period - period) {
+            best.delay -= later;
+        }
+        Some(best)
     }
 }

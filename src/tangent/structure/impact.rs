@@ -10,26 +10,30 @@ use crate::model::state::Clock;
 use crate::model::structure::Structure;
 use crate::numerics::dual::{Dual, Number};
 use crate::simulate::structure::StopImpactEvent;
-use crate::tangent::border::BorderValue;
+use crate::tangent::border::{Border, BorderValue};
 use crate::tangent::impact::{regime_borders, regime_path};
+use crate::tangent::tolerances::AT_BORDER;
 
-/// With derivatives by u, s, r and mu.
-pub(crate) type Four = Dual<4>;
+/// By u, s, r and mu.
+pub(crate) const FOUR: usize = 4;
+/// And by a, b and c.
+const SEVEN: usize = 7;
 
-/// The impact on a stop in a regime that is held fixed.
-pub(crate) struct StopInRegime {
-    contact: ContactCoordinates<Four>,
-    restitution: Four,
+/// The impact on a stop in a regime that is held fixed, with derivatives by the first of u, s, r, mu, a,
+/// b and c.
+pub(crate) struct StopInRegime<const D: usize = FOUR> {
+    contact: ContactCoordinates<Dual<D>>,
+    restitution: Dual<D>,
     kind: RegimeKind,
     direction: f64,
-    switch: Four,
-    end: PathEnd<Four>,
+    switch: Dual<D>,
+    end: PathEnd<Dual<D>>,
     law: ImpactLaw,
     /// Whether the stop and its only body leave nothing but slip to move.
     one_body: bool,
 }
 
-impl StopInRegime {
+impl<const D: usize> StopInRegime<D> {
     /// From u and s before; `direction` is that of slip there.
     pub fn new(
         structure: &Structure,
@@ -39,24 +43,28 @@ impl StopInRegime {
     ) -> Self {
         let (at, rows) = (&structure.stops()[stop], structure.contact(stop));
         let numbers = ContactCoordinates::new(approach, slip, rows.mobilities, at.friction());
-        let constant = Four::constant;
-        let u = Four::variable(approach, 0);
-        let w = if numbers.scale > 0.0 {
-            Four::variable(slip, 1) / constant(numbers.scale)
-        } else {
-            constant(0.0)
+        let number = |value, place| {
+            if place < D { Dual::variable(value, place) } else { Dual::constant(value) }
         };
-        let coupling = constant(numbers.coupling);
+        let [a, b, c] = [0, 1, 2].map(|i| number(rows.mobilities[i], FOUR + i));
+        let u = number(approach, 0);
+        let none = Dual::constant(0.0);
+        let (scale, coupling, w) = if numbers.scale > 0.0 {
+            let scale = c.sqrt();
+            (scale, b / scale, number(slip, 1) / scale)
+        } else {
+            (none, none, none)
+        };
         let contact = ContactCoordinates {
             slip: w,
             parting: coupling * w - u,
             coupling,
-            mobility: constant(numbers.mobility),
-            scale: constant(numbers.scale),
+            mobility: a - coupling * coupling,
+            scale,
             side: numbers.side,
-            friction: Four::variable(numbers.friction, 3),
+            friction: number(numbers.friction, 3),
         };
-        let (restitution, law) = (Four::variable(at.restitution(), 2), structure.law());
+        let (restitution, law) = (number(at.restitution(), 2), structure.law());
         let direction = if direction == 0.0 { 1.0 } else { direction };
         let (switch, end) = regime_path(&contact, (restitution, &law), kind, direction);
         let one_body = structure.coordinates() == 1 && at.amplitude() == 0.0;
@@ -64,7 +72,7 @@ impl StopInRegime {
     }
 
     /// Normal and tangential impulse.
-    pub fn impulses(&self) -> [Four; 2] {
+    pub fn impulses(&self) -> [Dual<D>; 2] {
         [self.end.impulse_normal, self.end.impulse_tangential]
     }
 
@@ -126,7 +134,20 @@ impl Linearised {
         delay: &RowDVector<f64>,
     ) -> RowDVector<f64> {
         let normal = self.structure.stops()[stop].normal();
-        along(normal, events, normal.len()) + delay * self.by_time(stop, clock).1
+        let moved = along(normal, events, normal.len()) + delay * self.by_time(stop, clock).1;
+        match self.by_number(stop, clock) {
+            Some([_, rate]) => moved + rate,
+            None => moved,
+        }
+    }
+
+    /// dg at a stop, of perturbations at a fixed time.
+    pub fn gap_change(&self, stop: usize, clock: Clock, columns: &DMatrix<f64>) -> RowDVector<f64> {
+        let moved = along(self.structure.stops()[stop].normal(), columns, 0);
+        match self.by_number(stop, clock) {
+            Some([gap, _]) => moved + gap,
+            None => moved,
+        }
     }
 
     /// Perturbations at an impact, through it.
@@ -142,20 +163,43 @@ impl Linearised {
         let slip = structure.slip(impact.stop, &event.pre.v);
         let regime = (impact.regime.kind(), direction_of(impact.regime, slip));
         let at = (impact.approach_velocity, slip);
-        let [normal, tangential] =
-            StopInRegime::new(structure, impact.stop, at, regime).impulses().map(|p| p.slope);
-        if impact.regime.kind() == RegimeKind::Frictionless {
-            push(structure, impact.stop, events, &(du * normal[0]), None);
+        if self.by.is_empty() {
+            let impulses = StopInRegime::<FOUR>::new(structure, impact.stop, at, regime).impulses();
+            let ds =
+                || along(structure.stops()[impact.stop].tangent().unwrap_or(&[]), events, count);
+            let [normal, tangential] = impulses.map(|impulse| impulse.slope);
+            if impact.regime.kind() == RegimeKind::Frictionless {
+                push(structure, impact.stop, events, &(du * normal[0]), None);
+                return;
+            }
+            let ds = ds();
+            let of = |by: [f64; 4]| &du * by[0] + &ds * by[1];
+            push(structure, impact.stop, events, &of(normal), Some(&of(tangential)));
             return;
         }
-        let tangent = structure.stops()[impact.stop].tangent().unwrap_or(&[]);
+        let impulses = StopInRegime::<SEVEN>::new(structure, impact.stop, at, regime).impulses();
+        let rubs = impact.regime.kind() != RegimeKind::Frictionless;
+        let tangent = structure.stops()[impact.stop].tangent().filter(|_| rubs).unwrap_or(&[]);
         let ds = along(tangent, events, count);
-        let of = |by: [f64; 4]| &du * by[0] + &ds * by[1];
-        push(structure, impact.stop, events, &of(normal), Some(&of(tangential)));
+        let [by_restitution, by_friction] = self.by_law(impact.stop);
+        let mut parts = vec![du, ds, by_restitution, by_friction];
+        let [n, t] = self.modal_rows(impact.stop);
+        for (x, y) in [(&n, &n), (&n, &t), (&t, &t)] {
+            // d(x M^-1 y).
+            parts.extend(self.by_mass(x, y).map(|changed| -changed));
+        }
+        let [normal, tangential] = impulses.map(|impulse| {
+            let terms = parts.iter().zip(impulse.slope).filter(|(_, slope)| *slope != 0.0);
+            terms.fold(RowDVector::zeros(events.ncols()), |sum, (part, slope)| sum + part * slope)
+        });
+        push(structure, impact.stop, events, &normal, rubs.then_some(&tangential));
+        let jump: Vec<f64> = event.post.v.iter().zip(&event.pre.v).map(|(a, b)| a - b).collect();
+        self.by_inertia(&jump, events);
     }
 
     /// As [`Linearised::strike`], of the impacts without friction of one instant: u+ = -r u at the
-    /// stop that is met, and 0 at closed ones, which its impulse presses.
+    /// stop that is met, and 0 at closed ones, which its impulse presses. Returns what there is after
+    /// each of them.
     pub fn strike_together(
         &self,
         clock: Clock,
@@ -163,25 +207,55 @@ impl Linearised {
         met: usize,
         events: &mut DMatrix<f64>,
         delay: &RowDVector<f64>,
-    ) {
+    ) -> Vec<DMatrix<f64>> {
         let structure = &self.structure;
         let stops: Vec<usize> = impacts.iter().map(|impact| impact.stop).collect();
-        let wanted: Vec<RowDVector<f64>> = stops
+        let wanted: Vec<RowDVector<f64>> = impacts
             .iter()
-            .map(|&stop| {
+            .map(|impact| {
+                let stop = impact.stop;
                 let restitution = structure.stops()[stop].restitution();
-                let factor = if stop == met { 1.0 + restitution } else { 1.0 };
-                self.rate_change(stop, clock, events, delay) * factor
+                let change = self.rate_change(stop, clock, events, delay);
+                if stop != met {
+                    return change - self.by_other_mobility(stop, impacts);
+                }
+                let [by_law, _] = self.by_law(stop);
+                let own = change * (1.0 + restitution);
+                if self.by.is_empty() {
+                    return own;
+                }
+                own + by_law * impact.approach_velocity - self.by_other_mobility(stop, impacts)
             })
             .collect();
         let wanted = DMatrix::from_rows(&wanted);
         let count = stops.len();
         let gram = DMatrix::from_fn(count, count, |i, j| structure.mobility(stops[i], stops[j]));
         // Normals of stops with impulses at one instant are independent.
-        let Some(impulses) = gram.lu().solve(&wanted) else { return events.fill(f64::NAN) };
-        for (i, &stop) in stops.iter().enumerate() {
-            push(structure, stop, events, &impulses.row(i).into_owned(), None);
+        let Some(impulses) = gram.lu().solve(&wanted) else {
+            return vec![events.map(|_| f64::NAN)];
+        };
+        let mut after = Vec::with_capacity(count);
+        for (i, impact) in impacts.iter().enumerate() {
+            push(structure, impact.stop, events, &impulses.row(i).into_owned(), None);
+            let by_normal = &structure.contact(impact.stop).by_normal;
+            let jump: Vec<f64> = by_normal.iter().map(|n| -impact.impulse_normal * n).collect();
+            self.by_inertia(&jump, events);
+            after.push(events.clone());
         }
+        after
+    }
+
+    /// What other masses change in u+ at a stop, by the impulses of one instant: (d W) P.
+    fn by_other_mobility(&self, stop: usize, impacts: &[StopImpact]) -> RowDVector<f64> {
+        let mut sum = RowDVector::zeros(self.by.len());
+        if self.varies_mass() {
+            let [n, _] = self.modal_rows(stop);
+            for impact in impacts {
+                let [other, _] = self.modal_rows(impact.stop);
+                sum -= self.by_mass(&n, &other).unwrap_or_default() * impact.impulse_normal;
+            }
+        }
+        sum
     }
 
     /// Perturbations at an event at which a stop is reached with g = g' = 0, moved onto it.
@@ -193,9 +267,8 @@ impl Linearised {
         delay: &RowDVector<f64>,
     ) {
         let (count, rows) = (self.structure.coordinates(), self.structure.contact(stop));
-        let normal = self.structure.stops()[stop].normal();
         let (gap_by_time, _) = self.by_time(stop, clock);
-        let gap = along(normal, events, 0) + delay * gap_by_time;
+        let gap = self.gap_change(stop, clock, events) + delay * gap_by_time;
         let rate = self.rate_change(stop, clock, events, delay);
         for i in 0..count {
             let part = rows.by_normal[i] / rows.mobilities[0];
@@ -204,5 +277,32 @@ impl Linearised {
             let mut velocity = events.row_mut(count + i);
             velocity -= &rate * part;
         }
+    }
+}
+
+impl Linearised {
+    /// Whether an impact lies on the border of its regime, to rounding.
+    pub fn is_at_border(&self, event: &StopImpactEvent) -> bool {
+        let (structure, impact) = (&self.structure, &event.impact);
+        let (stop, kind) = (impact.stop, impact.regime.kind());
+        let at = &structure.stops()[stop];
+        let Some(tangent) = at.tangent().filter(|_| at.friction() > 0.0) else { return false };
+        let slip = structure.slip(stop, &event.pre.v);
+        let regime = (kind, direction_of(impact.regime, slip));
+        let approach = impact.approach_velocity;
+        let met = StopInRegime::<FOUR>::new(structure, stop, (approach, slip), regime);
+        let contact = &met.contact;
+        let [scale, coupling] = [contact.scale, contact.coupling].map(|x| x.value);
+        // What slip is a difference of.
+        let terms = tangent.iter().zip(&event.pre.v).map(|(t, v)| (t * v).abs());
+        let speed = terms.sum::<f64>() / scale;
+        let size = |border: Border| match border {
+            Border::StopAtEndOfImpact if kind != RegimeKind::Slip => impact.impulse_normal,
+            Border::StopAtEndOfImpact => speed + scale * impact.impulse_tangential.abs(),
+            Border::SlipBefore => speed,
+            Border::StopAtEndOfApproach => approach + coupling.abs() * speed,
+            _ => coupling.abs() + contact.grip().value,
+        };
+        met.borders().iter().any(|at| at.value.abs() <= AT_BORDER * size(at.border))
     }
 }

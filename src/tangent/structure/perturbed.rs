@@ -36,6 +36,9 @@ pub(crate) struct Perturbed {
     pub(super) samples: Samples,
     /// A stop with bounces so low that rounding has spoilt the perturbations, and when.
     pub(super) low: Option<(usize, f64)>,
+    /// Derivatives before and after the impacts of this instant that are still to be told, each at its
+    /// own time, and the delay of that.
+    told: Vec<[DMatrix<f64>; 2]>,
 }
 
 impl Perturbed {
@@ -52,6 +55,7 @@ impl Perturbed {
             before: StructureState::default(),
             samples: Samples::default(),
             low: None,
+            told: Vec::new(),
         }
     }
 
@@ -73,8 +77,19 @@ impl Perturbed {
     ) -> Result<Option<StructureEvent>, StructureTangentError> {
         let before = simulation.checkpoint().anchor.clone();
         let event = simulation.step(&mut ()).transpose()?;
+        self.pass(&before, simulation, event.as_ref())?;
+        Ok(event)
+    }
+
+    /// What such a turn does, from the leg before.
+    pub fn pass(
+        &mut self,
+        before: &AnchorOf<Structure>,
+        simulation: &Simulation<Structure>,
+        event: Option<&StructureEvent>,
+    ) -> Result<(), StructureTangentError> {
         let point = simulation.checkpoint();
-        if let Some(stop) = event.as_ref().and_then(ModelEvent::as_stop) {
+        if let Some(stop) = event.and_then(ModelEvent::as_stop) {
             // Hops have no horizon but a time.
             let over =
                 stop.reason == StopReason::TimeCap && stop.clock == simulation.horizon_clock();
@@ -82,20 +97,29 @@ impl Perturbed {
                 return Err(StructureTangentError::Stopped(stop.reason));
             }
             if !point.skips() {
-                let leg = self.of.leg_from(&before);
-                self.fly(&leg, stop.clock)?;
-                self.settle(&leg);
+                self.carry_to(before, stop.clock)?;
             }
-            return Ok(event);
+            return Ok(());
         }
-        match &event {
-            Some(StructureEvent::Impact(impact)) => self.strike(&before, &point.anchor, impact)?,
-            Some(StructureEvent::Chatter(chatter)) => self.accumulate(&before, chatter)?,
-            Some(StructureEvent::Graze(_)) => {}
-            _ if before != point.anchor => self.change(&before, &point.anchor)?,
-            _ => {}
+        match event {
+            Some(StructureEvent::Impact(impact)) => self.strike(before, &point.anchor, impact),
+            Some(StructureEvent::Chatter(chatter)) => self.accumulate(before, chatter),
+            Some(StructureEvent::Graze(_)) => Ok(()),
+            _ if *before != point.anchor => self.change(before, &point.anchor),
+            _ => Ok(()),
         }
-        Ok(event)
+    }
+
+    /// To perturbations at an instant of a leg.
+    pub fn carry_to(
+        &mut self,
+        leg: &AnchorOf<Structure>,
+        clock: Clock,
+    ) -> Result<(), StructureTangentError> {
+        let leg = self.of.leg_from(leg);
+        self.fly(&leg, clock)?;
+        self.settle(&leg);
+        Ok(())
     }
 
     /// The perturbations at the end of a simulation that skips the impacts there.
@@ -103,8 +127,16 @@ impl Perturbed {
         &self,
         simulation: &Simulation<Structure>,
     ) -> Result<Self, StructureTangentError> {
-        let (anchor, end) = (simulation.checkpoint().anchor.clone(), simulation.horizon_clock());
-        let mut hopping = Simulation::hopping(&self.of.structure, anchor, end);
+        self.hopped(&simulation.checkpoint().anchor, simulation.horizon_clock())
+    }
+
+    /// The perturbations at an instant after this leg begins, in which impacts are skipped.
+    pub fn hopped(
+        &self,
+        anchor: &AnchorOf<Structure>,
+        end: Clock,
+    ) -> Result<Self, StructureTangentError> {
+        let mut hopping = Simulation::hopping(&self.of.structure, anchor.clone(), end);
         let mut there = self.clone();
         loop {
             if let Some(StructureEvent::Stop(_)) = there.advance(&mut hopping)? {
@@ -160,9 +192,33 @@ impl Perturbed {
         }
         self.settle(leg);
         self.struck.clear();
+        let forced = self.of.forced(leg, self.clock, elapsed.hi);
+        let forced = forced.map_err(StructureTangentError::Damping)?;
+        if let Some(forced) = &forced {
+            self.columns -= &forced.start;
+        }
         self.of.homogeneous.carry(leg, elapsed, self.columns.as_mut_slice());
+        if let Some(forced) = &forced {
+            self.columns += &forced.end;
+        }
+        if let Some(later) = self.of.later(clock.period - self.clock.period) {
+            let state = self.of.state_at(leg, clock);
+            self.columns += self.of.rates(leg, clock, &state) * later;
+        }
         self.clock = clock;
         Ok(())
+    }
+
+    /// Derivatives just before an impact that has been passed, and just after it, at its own time, and the
+    /// delay of that: of each impact once, in their order.
+    pub fn told(&mut self) -> Option<([DMatrix<f64>; 2], RowDVector<f64>)> {
+        let told = if self.told.is_empty() { None } else { Some(self.told.remove(0)) };
+        told.zip(self.delay.clone())
+    }
+
+    /// The same for legs that are looked at later, without what belongs to chatter.
+    pub fn kept(&self) -> Self {
+        Self { samples: Samples::default(), told: Vec::new(), ..self.clone() }
     }
 
     /// Whether a flight lasts no longer than low bounces do.
@@ -208,13 +264,18 @@ impl Perturbed {
         };
         self.struck.push(stop);
         self.struck.extend(pending.iter().map(|other| other.stop));
+        let before = if self.of.by.is_empty() { None } else { Some(self.columns.clone()) };
         if pending.is_empty() {
             self.of.strike(event, &mut self.columns, &delay);
             self.sample(event, &delay);
+            self.told = before.map(|before| [before, self.columns.clone()]).into_iter().collect();
         } else {
             let all: Vec<StopImpact> =
                 std::iter::once(event.impact).chain(pending.iter().copied()).collect();
-            self.of.strike_together(event.clock, &all, stop, &mut self.columns, &delay);
+            let columns = &mut self.columns;
+            let after = self.of.strike_together(event.clock, &all, stop, columns, &delay);
+            let before_each = before.into_iter().chain(after.iter().cloned());
+            self.told = before_each.zip(after.clone()).map(|(a, b)| [a, b]).collect();
             self.samples = Samples::default();
         }
         if event.impact.regime.kind().sticks() || event.impact.separation_velocity == 0.0 {
@@ -261,8 +322,8 @@ impl Perturbed {
         self.settle(leg);
         self.struck = struck;
         let rates = self.of.rates(leg, event.clock, &event.pre);
-        let normal = self.of.structure.stops()[met.stop].normal();
-        let delay = along(normal, &self.columns, 0) * (-1.0 / met.approach_velocity);
+        let gap = self.of.gap_change(met.stop, event.clock, &self.columns);
+        let delay = gap * (-1.0 / met.approach_velocity);
         self.delayed(&rates, delay.clone());
         delay
     }

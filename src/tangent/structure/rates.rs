@@ -4,7 +4,9 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::flight::Drive;
 use crate::model::state::Clock;
-use crate::model::structure::{Structure, StructureState};
+use crate::model::structure::{
+    ModalVariation, StopVariation, Structure, StructureState, Variation,
+};
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::model::{Follows, Model};
 use crate::simulate::structure::Motion;
@@ -18,9 +20,31 @@ pub(crate) struct Linearised {
     /// Between events perturbations move as this does.
     pub homogeneous: Motion,
     /// Phi^T C Phi.
-    damping: DMatrix<f64>,
+    pub(super) damping: DMatrix<f64>,
     /// Phases of the stops.
-    stops: Vec<Drive>,
+    pub(super) stops: Vec<Drive>,
+    /// What the columns are derivatives by; none: they are perturbations.
+    pub by: Vec<Varied>,
+}
+
+/// What a column is the derivative by.
+#[derive(Debug, Clone)]
+pub(crate) struct Varied {
+    pub by: Variation,
+    /// In the modes.
+    pub modal: ModalVariation,
+}
+
+impl Varied {
+    /// By how much the phase of the drive moves at a fixed time in its period,
+    pub fn turn(&self, time_in_period: f64) -> f64 {
+        self.by.phase + time_in_period * self.by.drive_frequency
+    }
+
+    /// and that of a stop.
+    pub fn turn_of(&self, stop: &StopVariation, time_in_period: f64) -> f64 {
+        stop.phase + time_in_period * self.by.drive_frequency
+    }
 }
 
 impl Linearised {
@@ -32,7 +56,14 @@ impl Linearised {
             damping: structure.modal_damping().rounded(),
             stops: structure.stops().iter().map(|stop| Drive::new(omega, stop.phase())).collect(),
             structure: structure.clone(),
+            by: Vec::new(),
         }
+    }
+
+    /// Of columns that are derivatives along these variations.
+    pub fn along(structure: &Structure, by: Vec<Variation>) -> Self {
+        let varied = |by: Variation| Varied { modal: by.in_modes(structure), by };
+        Self { by: by.into_iter().map(varied).collect(), ..Self::new(structure) }
     }
 
     pub fn drive(&self) -> &Drive {

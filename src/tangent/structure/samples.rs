@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, RowDVector};
 
+use super::rates::Linearised;
 use crate::contact::tolerances::CHATTER_SPACING;
-use crate::flight::Drive;
 use crate::impact::RegimeKind;
 use crate::model::state::Clock;
 use crate::model::structure::{StructureState, largest_number};
@@ -87,12 +87,18 @@ impl Samples {
 
     /// At u = 0, from the first samples, so many that their error is least: further ones bring more
     /// rounding.
-    pub fn limit(&self, drive: &Drive) -> Option<Limit> {
-        let limits = (FEWEST..=self.0.len()).map(|count| Self::limit_of(&self.0[..count], drive));
+    pub fn limit(&self, of: &Linearised) -> Option<Limit> {
+        let limits = (FEWEST..=self.0.len()).map(|count| Self::limit_of(&self.0[..count], of));
         limits.min_by(|a, b| a.error.total_cmp(&b.error))
     }
 
-    fn limit_of(samples: &[Sample], drive: &Drive) -> Limit {
+    /// Its delay is that within the drive period of the first one.
+    pub fn period(&self) -> i64 {
+        self.0.first().map_or(0, |first| first.clock.period)
+    }
+
+    fn limit_of(samples: &[Sample], of: &Linearised) -> Limit {
+        let drive = of.drive();
         let (first, last) = (&samples[0], &samples[samples.len() - 1]);
         let (rows, columns) = first.events.shape();
         let count = samples.len();
@@ -117,7 +123,11 @@ impl Samples {
                 all.slope[0]
             };
             let times = newest()
-                .map(|s| [number(drive.until(first.clock, s.clock).value(), s.delay[c])])
+                .map(|s| {
+                    let later = of.later(s.clock.period - first.clock.period);
+                    let slope = s.delay[c] + later.map_or(0.0, |later| later[c]);
+                    [number(drive.until(first.clock, s.clock).value(), slope)]
+                })
                 .collect();
             let delay = extrapolated(times);
             for i in 0..rows {

@@ -1,0 +1,207 @@
+"""Along what a run of a structure is differentiated: names, and directions of its own fields.
+
+A direction holds derivatives of fields by one number. It is given as a mapping from names to
+derivatives, or as a function of the number that makes the structure, with the number.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arguments import complex_vector, in_short, matrix, number, reject, unknown, vector
+from .errors import ParameterError
+from .modal_basis import ModalBasis
+from .structure import Structure
+
+Array = NDArray[np.float64]
+#: What the core takes: a name, and derivatives of fields where the name does not say them.
+By = list[tuple[str, dict[str, Any] | None]]
+
+_MATRICES: Final = ("mass", "stiffness", "damping")
+_VECTORS: Final = ("damping_ratios", "static_load", "frequencies")
+_NUMBERS: Final = ("drive_frequency", "phase")
+# Numbers of a stop, in the order of the core's columns.
+_OF_STOPS: Final = ("gap", "restitution", "friction", "amplitude", "phase")
+_START: Final = ("q", "v")
+_OF_ONE: Final = re.compile(r"(gap|restitution|friction|amplitude|phase)_(\d+)", re.ASCII)
+_COMPONENT: Final = re.compile(r"([qv])_(\d+)", re.ASCII)
+_ENTRY: Final = re.compile(r"(mass|stiffness|damping)\[\s*(\d+)\s*,\s*(\d+)\s*\]", re.ASCII)
+_KNOWN: Final = (
+    "mass, stiffness, damping, damping_ratios, static_load, drive_amplitude, drive_frequency, "
+    "phase; gap, restitution, friction of all stops, or with the number of one, gap_0 ..., also "
+    "amplitude_0, phase_0; q, v of the start; of a structure from modes also frequencies"
+)
+# Part of the scale of a number over which a function of it is differentiated: the error of the
+# differences, of fourth order, is then the rounding of the fields over the step.
+_STEP: Final = 1e-3
+# A structure may differ so much from the one that the function makes at the number.
+_SAME: Final = 1e-9
+
+
+def directions(structure: Structure, names: tuple[Any, ...], given: Mapping[str, Any]) -> By:
+    """Return what the core differentiates by: names, and then directions by name.
+
+    Raises
+    ------
+    ParameterError
+        For what is no name, and for a direction that the structure cannot be varied along.
+    """
+    by: By = []
+    for name in names:
+        if not isinstance(name, str):
+            reject("names", name, "a name; directions are given by keyword")
+        by.append((name, _named_in_modes(structure, name)))
+    for name, direction in given.items():
+        if callable(direction) or (isinstance(direction, tuple) and len(direction) == 2):
+            by.append((name, _of_function(structure, name, direction)))
+        else:
+            by.append((name, _fields(structure, name, direction)))
+    return by
+
+
+def _named_in_modes(structure: Structure, name: str) -> dict[str, Any] | None:
+    """Return the direction of a name in physical coordinates of a structure from modes."""
+    if not structure._basis.is_modal:
+        return None
+    count = structure.coordinates
+    if match := _COMPONENT.fullmatch(name):
+        if int(match[2]) >= count:
+            reject("names", name, f"that of one of {count} coordinates")
+        return _fields(structure, name, {match[1]: np.eye(count)[int(match[2])]})
+    if match := _ENTRY.fullmatch(name):
+        i, j = int(match[2]), int(match[3])
+        if max(i, j) >= count:
+            reject("names", name, f"two numbers of {count} coordinates in brackets")
+        one = np.zeros((count, count))
+        one[i, j] = one[j, i] = 1.0
+        return _fields(structure, name, {match[1]: one})
+    return None
+
+
+def _fields(structure: Structure, name: str, direction: Any) -> dict[str, Any]:
+    """Return a direction in the coordinates of the compiled structure, checked."""
+    if not isinstance(direction, Mapping):
+        allowed = (
+            "a mapping from fields to their derivatives, or a pair (function, number) whose "
+            "function makes the structure of the number"
+        )
+        reject(name, direction, allowed)
+    if not direction:
+        reject(name, direction, "at least one field")
+    count, basis = structure.coordinates, structure._basis
+    found: dict[str, Any] = {}
+    stops = np.zeros((len(structure.stops), len(_OF_STOPS)))
+    for key, value in direction.items():
+        what = f"{name}[{key!r}]"
+        match = _OF_ONE.fullmatch(key) if isinstance(key, str) else None
+        if key in _MATRICES:
+            given = matrix(what, value, rows=count, columns=count)
+            found[key] = basis.square(what, _symmetric(what, given))
+        elif key == "frequencies" and isinstance(basis, ModalBasis):
+            rates = vector(what, value, length=len(basis.frequencies))
+            moved = np.diag(2.0 * basis.frequencies * rates)
+            found["stiffness"] = found.get("stiffness", 0.0) + moved
+        elif key == "damping_ratios":
+            found[key] = vector(what, value, length=len(structure.frequencies), spread=True)
+        elif key == "static_load":
+            found[key] = basis.on(what, vector(what, value, length=count))
+        elif key == "drive_amplitude":
+            amplitude = basis.on(what, complex_vector(what, value, length=count))
+            found[key] = np.asarray(amplitude, dtype=np.complex128)
+        elif key in _NUMBERS:
+            found[key] = number(what, value)
+        elif key in _START:
+            row = np.zeros((2, count))
+            row[_START.index(key)] = vector(what, value, length=count)
+            found[key] = structure._to_core(row)[_START.index(key)]
+        elif match is not None or key in _OF_STOPS:
+            field = match[1] if match is not None else key
+            place: Any = slice(None) if match is None else int(match[2])
+            if match is not None and place >= len(stops):
+                reject(what, key, f"that of one of {len(stops)} stops")
+            stops[place, _OF_STOPS.index(field)] = number(what, value)
+        else:
+            raise unknown(str(key), (*_MATRICES, *_VECTORS), f"allowed: {_KNOWN}", of=f" in {name}")
+    if stops.any():
+        found["stops"] = stops
+    return found
+
+
+def _symmetric(name: str, given: Array) -> Array:
+    """Refuse a matrix that is not symmetric."""
+    apart = np.abs(given - given.T)
+    i, j = map(int, np.unravel_index(apart.argmax(), apart.shape))
+    if apart[i, j] > 1e-14 * np.abs(given).max():
+        allowed = f"{name}[{j}, {i}] = {float(given[j, i])!r}: the matrix is symmetric"
+        reject(f"{name}[{i}, {j}]", float(given[i, j]), allowed)
+    return given
+
+
+def _of_function(structure: Structure, name: str, given: Any) -> dict[str, Any]:
+    """Return the derivatives of the fields that a function makes of one number, there."""
+    if not isinstance(given, tuple):
+        reject(name, given, "a pair (function, number): where it is to be differentiated, too")
+    function, value = given
+    if not callable(function):
+        reject(name, function, "a function of one number that makes the structure")
+    value = number(name, value)
+    step = _STEP * (abs(value) or 1.0)
+    own = _leaves(structure)
+    here = _leaves(_made(function, name, value))
+    for field, entries in own.items():
+        there = here.get(field)
+        size = np.abs(entries).max(initial=0.0)
+        alike = there is not None and there.shape == entries.shape
+        if not alike or np.abs(there - entries).max(initial=0.0) > _SAME * (size or 1.0):
+            at = f"at {name} = {value!r} the function makes another structure than the run has: "
+            raise ParameterError(f"{at}it differs in {field}")
+    rows = [_leaves(_made(function, name, value + k * step)) for k in (-2.0, -1.0, 1.0, 2.0)]
+    direction: dict[str, Any] = {}
+    for field in own:
+        far_below, below, above, far_above = (row[field] for row in rows)
+        slope = (8.0 * (above - below) - (far_above - far_below)) / (12.0 * step)
+        if slope.any():
+            direction[field] = slope
+    for fixed in [field for field in direction if field.startswith("stops:")]:
+        reject(name, in_short(fixed.removeprefix("stops:")), "a function that leaves it as it is")
+    if "shapes" in direction:
+        reject(name, "shapes", "a function that leaves them as they are")
+    if "stops" in direction:
+        slopes = direction.pop("stops")
+        for place, row in enumerate(slopes):
+            direction |= {f"{f}_{place}": x for f, x in zip(_OF_STOPS, row, strict=True) if x}
+    if not direction:
+        raise ParameterError(f"{name}: the structure does not depend on it")
+    return _fields(structure, name, direction)
+
+
+def _made(function: Callable[[float], Any], name: str, value: float) -> Structure:
+    try:
+        found = function(value)
+    except ParameterError as error:
+        raise ParameterError(f"at {name} = {value!r}: {error}") from error
+    if not isinstance(found, Structure):
+        at = f"at {name} = {value!r}: the function gave {in_short(found)}"
+        raise ParameterError(f"{at}; allowed: a vibroimpact.Structure")
+    return found
+
+
+def _leaves(structure: Structure) -> dict[str, NDArray[Any]]:
+    """Return all numbers of a structure, by field; what cannot be varied begins with ``stops:``."""
+    fields = dict(structure._fields())
+    stops = fields.pop("stops")
+    found = {
+        name: np.asarray(value) for name, value in fields.items() if not isinstance(value, str)
+    }
+    found["stops"] = np.array(
+        [[getattr(stop, name) for name in _OF_STOPS] for stop in stops], dtype=float
+    ).reshape(-1, len(_OF_STOPS))
+    found["stops:normal"] = np.array([stop.normal for stop in stops], dtype=float)
+    tangents = [np.zeros_like(s.normal) if s.tangent is None else s.tangent for s in stops]
+    found["stops:tangent"] = np.array(tangents, dtype=float)
+    return found

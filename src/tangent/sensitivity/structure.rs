@@ -1,0 +1,342 @@
+//! Derivatives of a run of a structure: its motion again, turn by turn, with its derivatives.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, RowDVector};
+
+use super::error::SensitivityError;
+use super::marks::{OneSided, OneSidedReason};
+use super::{Along, Sensitivity, check_names};
+use crate::model::state::Clock;
+use crate::model::structure::{Structure, StructureState, Variation};
+use crate::numerics::cancel::CancelToken;
+use crate::simulate::event::StopReason;
+use crate::simulate::run::{Run, StopImpactRecord};
+use crate::simulate::structure::{StopImpactEvent, StructureEvent};
+use crate::simulate::{AnchorOf, ModelEvent, Observer, Simulation};
+use crate::tangent::structure::{Linearised, Perturbed};
+use crate::tangent::tolerances::SAME_TIME;
+
+/// The sections that a turn of a simulation has passed.
+#[derive(Default)]
+struct Passed(Vec<i64>);
+
+impl Observer<StructureState> for Passed {
+    const SECTIONS: bool = true;
+
+    fn section(&mut self, k: i64, _: &StructureState) {
+        self.0.push(k);
+    }
+}
+
+/// A leg of the motion with its derivatives at an instant of it.
+struct SensitiveLeg {
+    time: f64,
+    clock: Clock,
+    anchor: AnchorOf<Structure>,
+    derivatives: Perturbed,
+    /// Impacts are skipped.
+    hops: bool,
+}
+
+impl SensitiveLeg {
+    /// Derivatives of the state at an instant, at a fixed time in a fixed period.
+    fn at(&self, clock: Clock) -> Result<Perturbed, SensitivityError> {
+        if self.hops {
+            return Ok(self.derivatives.hopped(&self.anchor, clock)?);
+        }
+        let mut there = self.derivatives.clone();
+        there.carry_to(&self.anchor, clock)?;
+        Ok(there)
+    }
+
+    /// The same at a fixed time since the start.
+    fn at_fixed_time(
+        &self,
+        of: &Linearised,
+        clock: Clock,
+    ) -> Result<DMatrix<f64>, SensitivityError> {
+        let mut columns = self.at(clock)?.into_matrix();
+        of.at_fixed_time(&of.leg_from(&self.anchor), clock, &mut columns);
+        Ok(columns)
+    }
+}
+
+/// The legs of a run with the derivatives at their starts.
+pub struct StructureLegs {
+    of: Arc<Linearised>,
+    all: Vec<SensitiveLeg>,
+    span: (f64, f64),
+}
+
+impl Along for StructureLegs {
+    fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
+        let Self { of, all: legs, span: (from, to) } = self;
+        let drive = of.drive();
+        let mut rows = Vec::new();
+        for &time in times {
+            if !(*from..=*to).contains(&time) {
+                return Ok(None);
+            }
+            // The last leg that begins not later than this.
+            let leg = &legs[legs.partition_point(|leg| leg.time <= time).max(1) - 1];
+            let clock = drive.clock_at(time);
+            let clock = if clock < leg.clock { leg.clock } else { clock };
+            tell(&leg.at_fixed_time(of, clock)?, &mut rows);
+        }
+        Ok(Some(rows))
+    }
+}
+
+/// Appends the rows of a matrix.
+fn tell(columns: &DMatrix<f64>, rows: &mut Vec<f64>) {
+    for row in columns.row_iter() {
+        rows.extend(row.iter());
+    }
+}
+
+/// Tables of derivatives, of the window and of what comes before it in the same drive period.
+#[derive(Default)]
+struct Rows {
+    impacts: Vec<StopImpactEvent>,
+    times: Vec<f64>,
+    before: Vec<f64>,
+    after: Vec<f64>,
+    stroboscopic: Vec<f64>,
+    sections: usize,
+    one_sided: Vec<OneSided>,
+    events: i64,
+}
+
+struct Follower<'a> {
+    of: &'a Arc<Linearised>,
+    window: Clock,
+    end: Clock,
+    section_offset: f64,
+    derivatives: Perturbed,
+    legs: Vec<SensitiveLeg>,
+    rows: Rows,
+}
+
+impl Follower<'_> {
+    fn other_motion(&self, clock: Clock) -> SensitivityError {
+        SensitivityError::OtherMotion { time: self.of.drive().time(clock) }
+    }
+
+    /// To the end of the run: derivatives of the state there.
+    fn follow(
+        &mut self,
+        mut simulation: Simulation<Structure>,
+    ) -> Result<DMatrix<f64>, SensitivityError> {
+        let mut passed = Passed::default();
+        self.leg(&simulation, self.derivatives.clone());
+        loop {
+            let before = simulation.checkpoint().anchor.clone();
+            let event = simulation.step(&mut passed).transpose()?;
+            for k in std::mem::take(&mut passed.0) {
+                let period = k - i64::from(self.section_offset > 0.0);
+                let clock = Clock::new(period, self.section_offset);
+                if clock <= self.end && clock >= self.window {
+                    self.section(clock)?;
+                }
+            }
+            let stop = event.as_ref().and_then(ModelEvent::as_stop);
+            let clock = event.as_ref().map(ModelEvent::clock);
+            if stop.is_some() || clock.is_some_and(|clock| clock > self.end) {
+                if let Some(stop) = stop
+                    && stop.clock < self.end
+                {
+                    let cancelled = stop.reason == StopReason::Interrupted;
+                    return Err(if cancelled {
+                        SensitivityError::Cancelled
+                    } else {
+                        self.other_motion(stop.clock)
+                    });
+                }
+                let Some(last) = self.legs.last() else { return Err(self.other_motion(self.end)) };
+                return last.at_fixed_time(self.of, self.end);
+            }
+            self.derivatives.pass(&before, &simulation, event.as_ref())?;
+            if let Some(event) = &event {
+                self.take(event);
+            }
+            if before != simulation.checkpoint().anchor || simulation.checkpoint().skips() {
+                self.leg(&simulation, self.derivatives.clone());
+            }
+        }
+    }
+
+    /// Takes note of the leg that begins, if the window needs it.
+    fn leg(&mut self, simulation: &Simulation<Structure>, derivatives: Perturbed) {
+        let point = simulation.checkpoint();
+        let (anchor, hops) = (point.anchor.clone(), point.skips());
+        let clock = anchor.clock;
+        if clock <= self.window {
+            self.legs.clear();
+        }
+        let derivatives = if hops { derivatives } else { derivatives.kept() };
+        let time = self.of.drive().time(clock);
+        self.legs.push(SensitiveLeg { time, clock, anchor, derivatives, hops });
+    }
+
+    fn section(&mut self, clock: Clock) -> Result<(), SensitivityError> {
+        let Some(leg) = self.legs.last() else { return Err(self.other_motion(clock)) };
+        let there = leg.at(clock)?;
+        let mut columns = there.columns().clone();
+        // At a fixed phase: omega t = 2 pi k + the section's.
+        let later = -self.section_offset / self.of.structure.drive_frequency();
+        let faster = self.of.by.iter().map(|varied| varied.by.drive_frequency * later);
+        let later = RowDVector::from_iterator(self.of.by.len(), faster);
+        if later.iter().any(|later| *later != 0.0) {
+            let from = self.of.leg_from(&leg.anchor);
+            let state = self.of.state_at(&from, clock);
+            columns += self.of.rates(&from, clock, &state) * later;
+        }
+        tell(&columns, &mut self.rows.stroboscopic);
+        self.rows.sections += 1;
+        if !leg.hops {
+            // Longer flights go on from there.
+            let (anchor, time) = (leg.anchor.clone(), self.of.drive().time(clock));
+            let derivatives = there.kept();
+            self.legs.push(SensitiveLeg { time, clock, anchor, derivatives, hops: false });
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, event: &StructureEvent) {
+        if let Some(reason) = self.one_sided(event) {
+            let time = self.of.drive().time(event.clock());
+            self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
+        }
+        self.rows.events += 1;
+        let StructureEvent::Impact(impact) = event else { return };
+        let Some(([before, after], delay)) = self.derivatives.told() else { return };
+        if impact.clock < self.window {
+            return;
+        }
+        let rows = &mut self.rows;
+        rows.impacts.push(impact.clone());
+        match self.of.later(impact.clock.period) {
+            Some(later) => rows.times.extend((delay + later).iter()),
+            None => rows.times.extend(delay.iter()),
+        }
+        tell(&before, &mut rows.before);
+        tell(&after, &mut rows.after);
+    }
+
+    fn one_sided(&self, event: &StructureEvent) -> Option<OneSidedReason> {
+        let at_start = self.rows.events == 0 && event.clock() == Clock::START;
+        match event {
+            StructureEvent::Graze(_) => Some(OneSidedReason::Graze),
+            StructureEvent::Stop(_) => None,
+            _ if at_start => Some(OneSidedReason::StartOnContact),
+            StructureEvent::Impact(impact) if self.of.is_at_border(impact) => {
+                Some(OneSidedReason::RegimeBorder)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Derivatives of a run of a structure from `initial` at t = 0 along variations of the structure and of
+/// its start, each with its name.
+///
+/// # Errors
+/// [`SensitivityError`]: a bad name or variation, another start than the run's, or a leg without
+/// derivatives.
+///
+/// # Example
+/// ```
+/// use vibroimpact::tangent::structure_sensitivity;
+/// use vibroimpact::{
+///     CancelToken, Horizon, RunOptions, Stop, Structure, StructureState, Variation, run,
+/// };
+///
+/// // A ball that is thrown at a wall a distance away: it is there after t = gap/v.
+/// let ball = Structure::builder(vec![vec![1.0]], vec![vec![0.0]])
+///     .stop(Stop::new([1.0], 1.0, 0.5))
+///     .build()?;
+/// let (start, never) = (StructureState::new(&[0.0], &[2.0]), CancelToken::never());
+/// let thrown = run(&ball, start.clone(), RunOptions::until(Horizon::Time(1.0)), &never)?;
+/// let by = ["gap", "v_0"].map(|name| Ok((name.to_owned(), Variation::named(name, &ball)?)));
+/// let by: Vec<_> = by.into_iter().collect::<Result<_, vibroimpact::ParameterError>>()?;
+/// let found = structure_sensitivity(&thrown, start, by, &never)?;
+/// assert_eq!(found.times, [0.5, -0.25]);
+/// // q at t = 1: gap - r v (1 - gap/v).
+/// assert_eq!(found.final_state[..2], [1.5, -0.5]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn structure_sensitivity(
+    run: &Run<Structure>,
+    initial: StructureState,
+    by: Vec<(String, Variation)>,
+    cancel: &CancelToken,
+) -> Result<Sensitivity<StructureLegs>, SensitivityError> {
+    let structure = &run.system;
+    let (names, by): (Vec<String>, Vec<Variation>) = by.into_iter().unzip();
+    check_names(&names)?;
+    for (name, variation) in names.iter().zip(&by) {
+        variation.check(name, structure)?;
+    }
+    let count = structure.coordinates();
+    let mut columns = DMatrix::zeros(2 * count, by.len());
+    for (mut column, variation) in columns.column_iter_mut().zip(&by) {
+        if let Some(start) = &variation.start {
+            column.rows_mut(0, count).copy_from_slice(&start.q);
+            column.rows_mut(count, count).copy_from_slice(&start.v);
+        }
+    }
+    let of = Arc::new(Linearised::along(structure, by));
+    let options = &run.options;
+    let end = run.final_state.clock;
+    let simulation = Simulation::new(structure, initial)?
+        .until(options.horizon)
+        .max_events(options.max_events)
+        .chatter_tolerance(options.chatter_tolerance)
+        .section_phase(options.section_phase)
+        .cancel_with(cancel);
+    let phase = options.section_phase;
+    let mut follower = Follower {
+        of: &of,
+        window: run.window,
+        end,
+        section_offset: if phase > 0.0 { phase / structure.drive_frequency() } else { 0.0 },
+        derivatives: Perturbed::new(Arc::clone(&of), Clock::START, columns),
+        legs: Vec::new(),
+        rows: Rows::default(),
+    };
+    let final_state = follower.follow(simulation)?;
+    let Follower { legs, rows, .. } = follower;
+    let other = |time: f64| SensitivityError::OtherMotion { time };
+    let same = |(event, row): (&StopImpactEvent, &StopImpactRecord)| {
+        event.clock.period == row.period
+            && (event.time - row.time).abs() <= SAME_TIME * row.time.abs()
+    };
+    // Of the window's first drive period the run may keep a part only.
+    let (found, wanted) = (rows.impacts.len(), run.impacts.len());
+    let more = found.checked_sub(wanted).ok_or(other(run.final_state.time))?;
+    let mut pairs = rows.impacts[more..].iter().zip(&run.impacts);
+    if let Some((_, row)) = pairs.find(|pair| !same(*pair)) {
+        return Err(other(row.time));
+    }
+    let more_sections =
+        rows.sections.checked_sub(run.stroboscopic.len()).ok_or(other(run.final_state.time))?;
+    let k = names.len();
+    let from = |table: Vec<f64>, rows: usize| table[rows * k..].to_vec();
+    // The stop is an event of the run.
+    let before = rows.events + 1 - run.events.len() as i64;
+    let one_sided = rows.one_sided.into_iter();
+    let one_sided = one_sided.map(|at| OneSided { index: (at.index - before).max(-1), ..at });
+    let mut last = Vec::with_capacity(final_state.len());
+    tell(&final_state, &mut last);
+    Ok(Sensitivity {
+        names,
+        times: from(rows.times, more),
+        before: from(rows.before, 2 * count * more),
+        after: from(rows.after, 2 * count * more),
+        stroboscopic: from(rows.stroboscopic, 2 * count * more_sections),
+        final_state: last,
+        one_sided: one_sided.collect(),
+        legs: StructureLegs { of, all: legs, span: (run.kept_from(), run.final_state.time) },
+    })
+}

@@ -1,0 +1,118 @@
+//! What a variation of a structure changes by itself: at an event, and in an impact.
+
+use nalgebra::{DMatrix, DVector, RowDVector};
+
+use super::rates::{Linearised, Varied};
+use crate::model::state::Clock;
+use crate::model::structure::{Structure, StructureState};
+use crate::simulate::{AnchorOf, Model};
+
+impl Linearised {
+    /// d(2 pi/omega)/d omega; 0 of a drive that stands still, of which no periods are counted.
+    pub fn period_rate(&self) -> f64 {
+        let drive = self.drive();
+        if drive.has_period() { -drive.period.hi / drive.omega } else { 0.0 }
+    }
+
+    /// By how much an instant in another drive period comes later, of each column.
+    pub fn later(&self, periods: i64) -> Option<RowDVector<f64>> {
+        let moves = periods != 0 && self.by.iter().any(|by| by.by.drive_frequency != 0.0);
+        let by_one = self.period_rate() * periods as f64;
+        moves.then(|| self.each(|by| by.by.drive_frequency * by_one))
+    }
+
+    fn each(&self, of: impl Fn(&Varied) -> f64) -> RowDVector<f64> {
+        RowDVector::from_iterator(self.by.len(), self.by.iter().map(of))
+    }
+
+    /// What each column changes in the gap of a stop at a fixed instant in a fixed state, and in its
+    /// rate; `None` of perturbations.
+    pub fn by_number(&self, stop: usize, clock: Clock) -> Option<[RowDVector<f64>; 2]> {
+        if self.by.is_empty() {
+            return None;
+        }
+        let drive = self.stops[stop];
+        let (trig, omega) = (drive.trig_at(clock), drive.omega);
+        let amplitude = self.structure.stops()[stop].amplitude();
+        let gap = self.each(|varied| {
+            let own = varied.by.stop(stop);
+            let turn = varied.turn_of(&own, clock.time_in_period);
+            amplitude * trig.sin * turn - own.gap - own.amplitude * trig.cos
+        });
+        let rate = self.each(|varied| {
+            let own = varied.by.stop(stop);
+            let turn = varied.turn_of(&own, clock.time_in_period);
+            let faster = varied.by.drive_frequency;
+            trig.sin * (own.amplitude * omega + amplitude * faster)
+                + amplitude * omega * trig.cos * turn
+        });
+        Some([gap, rate])
+    }
+
+    /// x . (dM in the modes) y of each column; `None` if no mass varies.
+    pub fn by_mass(&self, x: &DVector<f64>, y: &DVector<f64>) -> Option<RowDVector<f64>> {
+        self.varies_mass().then(|| {
+            self.each(|varied| varied.modal.mass.as_ref().map_or(0.0, |mass| x.dot(&(mass * y))))
+        })
+    }
+
+    pub fn varies_mass(&self) -> bool {
+        self.by.iter().any(|varied| varied.modal.mass.is_some())
+    }
+
+    /// Derivatives by restitution and friction of a stop of each column.
+    pub fn by_law(&self, stop: usize) -> [RowDVector<f64>; 2] {
+        [
+            self.each(|varied| varied.by.stop(stop).restitution),
+            self.each(|varied| varied.by.stop(stop).friction),
+        ]
+    }
+
+    /// What other masses change in a jump of the velocities at an event: -(M^-1 dM) (v+ - v-).
+    pub fn by_inertia(&self, jump: &[f64], events: &mut DMatrix<f64>) {
+        if !self.varies_mass() {
+            return;
+        }
+        let modes = self.structure.modes();
+        let count = modes.len();
+        let modal = DVector::from_iterator(count, modes.iter().map(|mode| mode.along(jump)));
+        for (column, varied) in self.by.iter().enumerate() {
+            let Some(mass) = &varied.modal.mass else { continue };
+            let changed = mass * &modal;
+            for k in 0..count {
+                let sum: f64 = modes.iter().zip(&changed).map(|(m, x)| m.shape[k] * x).sum();
+                events[(count + k, column)] -= sum;
+            }
+        }
+    }
+
+    /// n . phi and t . phi of a stop.
+    pub fn modal_rows(&self, stop: usize) -> [DVector<f64>; 2] {
+        let rows = self.structure.contact(stop);
+        [&rows.modal_normal, &rows.modal_tangent]
+            .map(|row| DVector::from_iterator(row.len(), row.iter().map(|x| x.value())))
+    }
+
+    /// Derivatives at a fixed time since the start from those at a fixed time in a fixed period.
+    pub fn at_fixed_time(
+        &self,
+        leg: &AnchorOf<Structure>,
+        clock: Clock,
+        columns: &mut DMatrix<f64>,
+    ) {
+        if let Some(later) = self.later(-clock.period) {
+            let state = self.state_at(leg, clock);
+            *columns += self.rates(leg, clock, &state) * later;
+        }
+    }
+
+    /// The state of a leg at an instant.
+    pub fn state_at(&self, leg: &AnchorOf<Structure>, clock: Clock) -> StructureState {
+        let elapsed = self.drive().until(leg.clock, clock);
+        if elapsed.hi <= 0.0 {
+            return leg.state.clone();
+        }
+        let flight = self.motion.leg(leg, leg.clock, leg.state.clone());
+        Structure::state_after(&self.motion, &flight, elapsed)
+    }
+}

@@ -1,0 +1,294 @@
+"""Derivatives of runs of structures: against differences of runs, multipliers, and each other."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import sizes
+import vibroimpact as vi
+from random_structures import FAMILIES
+from struck import BEAM, PRESSED, REST, SETTLING, masses_run, pressed_run
+
+TIMES = np.linspace(0.05, 0.95, 7)
+#: Neighbours are so far away, as part of what varies.
+NEAR = 2e-5
+
+
+def numbers_of(structure: vi.Structure) -> list[str]:
+    """What a run of a structure is differentiated by, by name."""
+    count = structure.coordinates
+    names = ["drive_frequency", "phase", "gap"] if structure.drive_frequency else ["gap"]
+    for place, stop in enumerate(structure.stops):
+        names += [f"gap_{place}"]
+        names += [f"restitution_{place}"] if 0 < stop.restitution < 1 else []
+        names += [f"friction_{place}"] if stop.friction else []
+    names += [f"stiffness[0,{count - 1}]", "mass[0,0]"]
+    return [*names, *(f"{of}_{i}" for of in "qv" for i in range(count))]
+
+
+def changed(structure, initial, name, step):
+    """The structure and the start with one number changed."""
+    initial = np.array(initial, dtype=float)
+    if name[:2] in ("q_", "v_"):
+        initial["qv".index(name[0]), int(name[2:])] += step
+        return structure, initial
+    if "[" in name:
+        field, place = name.split("[")
+        i, j = map(int, place.rstrip("]").split(","))
+        matrix = np.array(getattr(structure, field))
+        matrix[i, j] += step
+        matrix[j, i] = matrix[i, j]
+        return structure.replace(**{field: matrix}), initial
+    if name.startswith(("gap", "restitution", "friction")) and "_" not in name:
+        stops = [getattr(stop, name) for stop in structure.stops]
+        changes = {f"{name}_{i}": value + step for i, value in enumerate(stops)}
+        return structure.replace(**changes), initial
+    if "_" in name and name.rpartition("_")[2].isdigit():
+        field, _, place = name.rpartition("_")
+        value = getattr(structure.stops[int(place)], field)
+        return structure.replace(**{name: value + step}), initial
+    return structure.replace(**{name: getattr(structure, name) + step}), initial
+
+
+def everything(run: vi.StructureRun, times) -> np.ndarray:
+    """All numbers that are differentiated, in one row."""
+    impacts = run.impacts
+    sides = [np.hstack([impacts["q"], impacts[f"v_{side}"]]).ravel() for side in ("pre", "post")]
+    states = [run.stroboscopic.ravel(), run.trajectory(times).ravel()]
+    end = [run.final_state.q, run.final_state.v]
+    return np.concatenate([impacts["time"], *sides, *states, *end])
+
+
+def derivatives(found: vi.Sensitivity, times) -> np.ndarray:
+    k = len(found.names)
+    tables = [*found.impacts, found.stroboscopic, found.trajectory(times), found.final_state]
+    return np.concatenate([table.reshape(-1, k) for table in tables])
+
+
+def lost(run: vi.StructureRun, rows: int) -> np.ndarray:
+    """What rounding over the approach velocity leaves in derivatives of each row's number."""
+    speed = np.maximum(np.asarray(run.impacts["approach_velocity"]), 1e-300)
+    speed = np.minimum.accumulate(speed)
+    each = np.repeat(speed, 2 * run.system.coordinates)
+    off = 1e-14 / np.concatenate([speed, each, each])
+    return np.pad(off, (0, rows - len(off)))
+
+
+def same_motion(runs) -> bool:
+    first = runs[0]
+    return all(
+        np.array_equal(run.events["kind"], first.events["kind"])
+        and np.array_equal(run.events["stop"], first.events["stop"])
+        and np.array_equal(run.impacts["regime"], first.impacts["regime"])
+        for run in runs
+    )
+
+
+def differences(structure, initial, time, name, times, h):
+    """Central differences of second order, extrapolated; None where events differ."""
+    runs = []
+    for step in (h, -h, h / 2, -h / 2, 0.0):
+        try:
+            machine, start = changed(structure, initial, name, step)
+            runs.append(vi.simulate(machine, initial=start, time=time, max_events=200))
+        except (vi.StateError, vi.ParameterError):
+            return None
+    if not same_motion(runs):
+        return None
+    rows = [everything(run, times) for run in runs]
+    wide, narrow = (rows[0] - rows[1]) / (2 * h), (rows[2] - rows[3]) / h
+    return (4 * narrow - wide) / 3, np.abs(narrow - wide)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_derivatives_of_random_structures_are_the_limits_of_differences(family):
+    cases = sizes.either(36, 400)
+    compared = columns = refused = 0
+    worst = 0.0
+    for seed in range(cases):
+        structure, initial = FAMILIES[family](seed)
+        time = 2.4 * structure.drive_period if structure.drive_frequency else 5.0
+        run = vi.simulate(structure, initial=initial, time=time, max_events=200)
+        if run.stop_reason not in ("completed", "rest"):
+            continue
+        times = TIMES * time
+        names = numbers_of(structure)
+        try:
+            found = run.sensitivity(*names)
+        except vi.SimulationError:
+            refused += 1
+            continue
+        exact = derivatives(found, times)
+        noise = lost(run, len(exact))
+        compared += 1
+        for column, name in enumerate(found.names):
+            near = differences(structure, initial, time, name, times, NEAR)
+            if near is None:
+                continue
+            columns += 1
+            slope, curved = near
+            size = 1 + np.abs(exact[:, column]).max()
+            off = np.abs(slope - exact[:, column])
+            # What third derivatives leave, and the rounding of two runs.
+            allowed = (2e-8 + noise) * size + 0.05 * curved
+            worst = max(worst, (off / allowed).max())
+            assert (off <= allowed).all(), f"{family} {seed} {name}: {(off / allowed).max()}"
+    print(
+        f"{family}: {compared} runs, {refused} refused, {columns} columns; largest error {worst:.2g} of what is allowed"
+    )
+    assert compared > cases / (4 if family == "corner" else 2)
+
+
+def test_sections_of_a_periodic_motion_have_its_multipliers():
+    motion = vi.simulate(SETTLING, initial=REST[1], periods=200, keep=50).refine()
+    around = vi.simulate(SETTLING, initial=motion.state, periods=1)
+    matrix = around.sensitivity("q_0", "v_0").stroboscopic[-1]
+    found = np.sort_complex(np.linalg.eigvals(matrix).astype(complex))
+    assert found == pytest.approx(np.sort_complex(motion.multipliers), abs=1e-12)
+
+
+def test_a_spring_is_the_sum_of_its_entries():
+    run = masses_run()
+    spring = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    entries = ("stiffness[0,0]", "stiffness[0, 1]", "stiffness[1,1]")
+    found = run.sensitivity(*entries, spring={"stiffness": spring})
+    one, between, other, whole = np.moveaxis(found.stroboscopic, -1, 0)
+    assert whole == pytest.approx(one - between + other, rel=1e-9, abs=1e-9)
+
+
+def test_all_masses_springs_and_loads_together_change_nothing():
+    # Twice the masses, stiffness, damping and forces: the same motion.
+    structure = PRESSED.replace(damping_ratios=None, damping=0.1 * np.eye(2))
+    run = vi.simulate(structure, initial=REST[2], periods=6)
+    fields = ("mass", "stiffness", "damping", "static_load", "drive_amplitude")
+    multiplier = {name: getattr(structure, name) for name in fields}
+    found = run.sensitivity("gap_0", all=multiplier)
+    size = np.abs(found.stroboscopic[..., 0]).max()
+    assert len(run.impacts) > 3
+    assert np.abs(found.stroboscopic[..., 1]).max() < 1e-11 * (1 + size)
+    assert np.abs(found.impacts.time[:, 1]).max() < 1e-11 * (1 + size)
+
+
+def test_a_unit_of_time_moves_all_times_alike():
+    # Frequencies, damping and velocities s times as large: all happens in 1/s of the time.
+    structure = masses_run().system
+    start = np.array([[0.0, 0.0], [0.3, -0.1]])
+    run = vi.simulate(structure, initial=start, periods=8)
+    faster = {
+        "stiffness": 2 * structure.stiffness,
+        "damping": structure.damping_matrix if hasattr(structure, "damping_matrix") else None,
+        "static_load": 2 * structure.static_load,
+        "drive_amplitude": 2 * structure.drive_amplitude,
+        "drive_frequency": structure.drive_frequency,
+        "v": start[1],
+    }
+    if structure.damping is None:
+        del faster["damping"]  # the ratios stay as they are
+    else:
+        faster["damping"] = structure.damping
+    found = run.sensitivity(faster=faster)
+    times = np.asarray(run.impacts["time"])
+    size = np.abs(run.sensitivity("gap_0").impacts.time).max()
+    assert found.impacts.time[:, 0] == pytest.approx(-times, abs=1e-11 * (1 + size))
+    q = np.asarray(run.impacts["q"])
+    assert found.impacts.before[:, : q.shape[1], 0] == pytest.approx(0 * q, abs=1e-11 * (1 + size))
+
+
+def spring_of(k2: float) -> vi.Structure:
+    return PRESSED.replace(stiffness=[[4, -1], [-1, k2]], gap_1=0.5 * k2 + 0.5)
+
+
+def test_a_function_of_a_number_is_differentiated_by_the_chain_rule():
+    run = pressed_run()
+    found = run.sensitivity(k2=(spring_of, 3.0), own={"stiffness": [[0, 0], [0, 1]], "gap_1": 0.5})
+    of_function, own = np.moveaxis(found.stroboscopic, -1, 0)
+    assert of_function == pytest.approx(own, rel=1e-9, abs=1e-10)
+
+
+def test_a_structure_from_modes_has_its_derivatives_in_physical_coordinates():
+    run = vi.simulate(BEAM, initial=REST[3], periods=4)
+    names = ("gap_0", "restitution_0", "drive_frequency")
+    directions = {
+        "tip": {"stiffness": np.diag([0.0, 0.0, 1.0])},
+        "mode": {"frequencies": [0.0, 1.0]},
+        "load": {"static_load": [0.0, 0.0, 1.0]},
+    }
+    found = run.sensitivity(*names, **directions)
+    assert found.stroboscopic.shape == (len(run.stroboscopic), 6, 6)
+
+    def moved(step, name):
+        changes = {
+            "gap_0": lambda: BEAM.replace(gap=0.3 + step),
+            "restitution_0": lambda: BEAM.replace(restitution=0.8 + step),
+            "drive_frequency": lambda: BEAM.replace(drive_frequency=1.3 + step),
+            "mode": lambda: BEAM.replace(frequencies=[1.0, 3.0 + step]),
+            "load": lambda: BEAM.replace(static_load=[0, 0, step]),
+        }
+        return vi.simulate(changes[name](), initial=REST[3], periods=4).stroboscopic
+
+    for name in (*names, "mode", "load"):
+        h = 2e-6  # an impact with a low velocity curves the motion
+        wide, narrow = (moved(s, name) - moved(-s, name) for s in (h, h / 2))
+        slope = (4 * narrow / h - wide / (2 * h)) / 3
+        mine = found.stroboscopic[..., found.names.index(name)].reshape(slope.shape)
+        assert mine == pytest.approx(slope, rel=1e-6, abs=1e-6), name
+
+
+def test_directions_are_pickled_and_compared():
+    run = pressed_run()
+    found = run.sensitivity("gap_0", k2={"stiffness": [[0, 0], [0, 1]]})
+    again = pickle.loads(pickle.dumps(found))
+    assert again == found
+    assert (again.final_state == found.final_state).all()
+    assert found != run.sensitivity("gap_0", k2={"stiffness": [[1, 0], [0, 0]]})
+
+
+def test_a_kept_window_has_the_derivatives_of_the_whole():
+    whole = vi.simulate(PRESSED, initial=REST[2], periods=12)
+    kept = vi.simulate(PRESSED, initial=REST[2], periods=12, keep=4)
+    all_of_it, found = (run.sensitivity("gap_0", "drive_frequency") for run in (whole, kept))
+    assert len(found.impacts.time) == len(kept.impacts)
+    last = all_of_it.stroboscopic[-len(kept.stroboscopic) :]
+    assert found.stroboscopic == pytest.approx(last, abs=1e-13)
+    times = np.linspace(kept.kept_from, kept.final_state.time, 9)
+    assert found.trajectory(times) == pytest.approx(all_of_it.trajectory(times), abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("names", "directions", "named"),
+    [
+        ((), {}, "names"),
+        (("gap", "gap"), {}, "gap"),
+        (("gaps",), {}, "gaps"),
+        (("gap_7",), {}, "gap_7"),
+        (("q_2",), {}, "q_2"),
+        (("stiffness[0,2]",), {}, "stiffness"),
+        (("stiffness[0]",), {}, "stiffness"),
+        ((3,), {}, "names"),
+        (("friction_1",), {}, "friction_1"),
+        ((), {"k": {}}, "k"),
+        ((), {"k": 2.0}, "k"),
+        ((), {"k": {"stifness": [[1, 0], [0, 1]]}}, "stiffness"),
+        ((), {"k": {"stiffness": [[1, 2], [0, 1]]}}, "symmetric"),
+        ((), {"k": {"stiffness": [[1, 0, 0]]}}, "stiffness"),
+        ((), {"k": {"mass": [[np.nan, 0], [0, 1]]}}, "mass"),
+        ((), {"k": {"gap_9": 1.0}}, "gap_9"),
+        ((), {"k": {"frequencies": [1.0, 2.0]}}, "frequencies"),
+        ((), {"k": spring_of}, "k"),
+        ((), {"k": (spring_of, 2.0)}, "stiffness"),
+        ((), {"k": (lambda k: k, 2.0)}, "Structure"),
+        ((), {"k": (lambda k: PRESSED, 2.0)}, "k"),
+    ],
+)
+def test_bad_names_and_directions_are_refused(names, directions, named):
+    with pytest.raises(vi.ParameterError, match=named):
+        pressed_run().sensitivity(*names, **directions)
+
+
+def test_a_drive_that_stands_still_has_no_phase():
+    still = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 0.8)])
+    run = vi.simulate(still, initial=[[0], [1]], time=5)
+    for name in ("drive_frequency", "phase"):
+        with pytest.raises(vi.ParameterError, match=name):
+            run.sensitivity(name)
