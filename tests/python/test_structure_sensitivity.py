@@ -135,7 +135,8 @@ def test_derivatives_of_random_structures_are_the_limits_of_differences(family):
             worst = max(worst, (off / allowed).max())
             assert (off <= allowed).all(), f"{family} {seed} {name}: {(off / allowed).max()}"
     print(
-        f"{family}: {compared} runs, {refused} refused, {columns} columns; largest error {worst:.2g} of what is allowed"
+        f"{family}: {compared} runs, {refused} refused, {columns} columns; "
+        f"largest error {worst:.2g} of what is allowed"
     )
     assert compared > cases / (4 if family == "corner" else 2)
 
