@@ -29,11 +29,18 @@ class Machine(ByValue, Shown):
     _AXES: ClassVar[int]
 
     drive_frequency: float
+    phase: float
 
     @property
     @abstractmethod
     def _numbers_by_name(self) -> tuple[str, ...]:
         """The names of the numbers that vary by name."""
+
+    @property
+    def _starts_shape(self) -> tuple[int, ...]:
+        """The shape of the array of one start."""
+        size = len(self._coordinates_by_name)
+        return (size,) if self._AXES == 1 else (2, size // 2)
 
     @property
     @abstractmethod
@@ -44,6 +51,39 @@ class Machine(ByValue, Shown):
     @abstractmethod
     def _fastest(self) -> float:
         """The largest angular frequency of its free motion and its drive."""
+
+    @property
+    @abstractmethod
+    def _usual_period(self) -> float:
+        """The drive period, or that of a free motion where there is no shorter or no other one."""
+
+    @property
+    @abstractmethod
+    def _stop_count(self) -> int:
+        """The number of stops that have numbers of their own; 0 where there is one contact."""
+
+    @abstractmethod
+    def _least_size(self, name: str, start: Array) -> float:
+        """Return what counts as a large change of a number or coordinate that is 0 or small."""
+
+    @abstractmethod
+    def _turned(self, angle: float) -> Machine:
+        """Return it with the phases that its drive, and all that moves with it, has later."""
+
+    @property
+    @abstractmethod
+    def _turning(self) -> dict[str, Any]:
+        """What a run is differentiated by to turn these phases: fields and their derivatives."""
+
+    @abstractmethod
+    def _accelerations(self, states: Array, phases: Array) -> Array:
+        """Return accelerations (n, N) without contact; states (n, 2 N) are flat, as starts are.
+
+        Raises
+        ------
+        StateError
+            If they do not follow from the coordinates.
+        """
 
     @property
     def _numbers_in_words(self) -> str:

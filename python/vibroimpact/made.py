@@ -10,6 +10,7 @@ function.
 
 import inspect
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, Self
 
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from ._core import PARAMETERS
 from .arguments import in_short, reject, state, states, swept, unknown
+from .by_numbers import Basis as Basis
 from .by_value import leaves
 from .errors import ParameterError, StateError
 from .machine import Machine
@@ -78,6 +80,17 @@ def takes(function: Callable[..., Any], name: str) -> bool:
 def names_of(function: Callable[..., Any]) -> list[str]:
     """Return the names of the arguments of a function, but for those of its ``**names``."""
     return _own_names(function)[0]
+
+
+def defaults_of(function: Callable[..., Any]) -> dict[str, Any]:
+    """Return the arguments of a function with their defaults, None where there is none."""
+    own = inspect.signature(function).parameters.values()
+    variadic = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
+    return {
+        each.name: None if each.default is each.empty else each.default
+        for each in own
+        if each.kind not in variadic
+    }
 
 
 def _own_names(function: Callable[..., Any]) -> tuple[list[str], list[str], bool]:
@@ -240,6 +253,10 @@ class Made(Machine):
             object.__setattr__(machine, name, value)
         return machine
 
+    @abstractmethod
+    def basis(self, names: Sequence[str]) -> Basis:
+        """Return by what its runs are differentiated to get derivatives by some numbers."""
+
     def at(self, numbers: Mapping[str, float]) -> Self:
         """Return the machine that the function makes at other numbers."""
         return self.of(self._function, self._numbers | dict(numbers), self._sizes)
@@ -261,6 +278,12 @@ class MadeSystem(Made, System):
     def derivatives(self, names: Sequence[str]) -> NDArray[np.float64]:
         """Return the derivatives of all PARAMETERS by some numbers, shape (parameters, names)."""
         return np.column_stack([self._derivative(name) for name in names])
+
+    def basis(self, names: Sequence[str]) -> Basis:
+        """Return the own numbers that change with some numbers."""
+        derivatives = self.derivatives(names)
+        moved = np.flatnonzero(derivatives.any(axis=1))
+        return Basis([[*PARAMETERS][k] for k in moved], {}, derivatives[moved])
 
     def _derivative(self, name: str) -> NDArray[np.float64]:
         value, size = self._numbers[name], self._sizes[name]
@@ -307,6 +330,18 @@ class MadeStructure(Made, Structure):
 
     _KIND = Structure
 
+    def basis(self, names: Sequence[str]) -> Basis:
+        """Return the directions in which the structure changes with some numbers."""
+        raise ParameterError("numbers of a function that makes a structure: not yet")
+
+
+def machine_made(
+    function: Callable[..., Any], numbers: Mapping[str, float], sizes: Mapping[str, float]
+) -> MadeSystem | MadeStructure:
+    """Return what a function makes of numbers, a machine of either kind."""
+    kind = MadeStructure if isinstance(called(function, numbers), Structure) else MadeSystem
+    return kind.of(function, numbers, sizes)
+
 
 def value_of(system: System | Structure, name: str) -> float:
     """Return the value of what is varied: a number of the function, or an own parameter.
@@ -331,16 +366,24 @@ def varied(system: Any, values: Mapping[str, float]) -> Any:
     return system.replace(**values)
 
 
-def by_own_numbers(system: Any, names: Sequence[str]) -> tuple[list[str], NDArray[np.float64]]:
-    """Return the own numbers of a machine that change with some numbers, and how: (own, names).
+def basis_of(machine: Any, names: Sequence[str]) -> Basis:
+    """Return by what runs of a machine are differentiated to get derivatives by its numbers.
 
     The numbers are its own, or those of the function that made it.
+
+    Raises
+    ------
+    ParameterError
+        If the function has no derivative there.
     """
-    if isinstance(system, MadeSystem) and names and names[0] in system._numbers:
-        derivatives = system.derivatives(names)
-        moved = np.flatnonzero(derivatives.any(axis=1))
-        return [[*PARAMETERS][k] for k in moved], derivatives[moved]
-    return [*names], np.eye(len(names))
+    if isinstance(machine, Made) and names and names[0] in machine._numbers:
+        return machine.basis(names)
+    return Basis([*names], {}, np.eye(len(names)))
+
+
+def numbers_of(machine: Machine) -> tuple[str, ...]:
+    """Return the names of the numbers of a machine: its own, or those of its function."""
+    return tuple(machine._numbers) if isinstance(machine, Made) else machine._numbers_by_name
 
 
 def made_from(system: Any, names: Sequence[str]) -> MadeSystem | None:

@@ -89,6 +89,10 @@ class Matrices:
         """Return physical coordinates of starts in those of the compiled structure."""
         return states
 
+    def near(self, states: Array) -> Array:
+        """Return the same without a check."""
+        return states
+
 
 @dataclass(frozen=True, eq=False)
 class ModalBasis:
@@ -217,18 +221,11 @@ class ModalBasis:
         StateError
             If they lie outside the span of the modes, or do not determine modal coordinates.
         """
-        if not states.any():
-            return np.zeros((*states.shape[:-1], len(self.frequencies)))
-        if self._inverse is None:
-            n, count = self.shapes.shape
-            raise StateError(
-                f"initial other than 0 is not allowed: {n} coordinates do not determine {count} "
-                "modes whose shapes are dependent there; allowed: 0, all modes at rest"
-            )
+        if states.any() and self._inverse is None:
+            allowed = "allowed: 0, all modes at rest"
+            raise StateError(f"initial other than 0 is not allowed: {self._open}; {allowed}")
         with np.errstate(over="ignore", invalid="ignore"):
-            result: Array = states @ self._inverse.T
-            # Once more for what rounding has left.
-            result += (states - self.physical(result)) @ self._inverse.T
+            result = self.near(states)
             outside = np.abs(states - self.physical(result)).max(axis=-1)
         size = np.abs(states).max(axis=-1)
         # Also where the modal coordinates are beyond the range of floats.
@@ -242,6 +239,29 @@ class ModalBasis:
                 f"{outside[place] / size[place]:.3g} of its size; allowed: shapes @ p for any p"
             )
         return result
+
+    def near(self, states: Array) -> Array:
+        """Return the modal coordinates that come nearest.
+
+        Raises
+        ------
+        StateError
+            If the shapes are dependent at these coordinates.
+        """
+        if not states.any():
+            return np.zeros((*states.shape[:-1], len(self.frequencies)))
+        if self._inverse is None:
+            raise StateError(self._open)
+        with np.errstate(over="ignore", invalid="ignore"):
+            result: Array = states @ self._inverse.T
+            # Once more for what rounding has left.
+            return result + (states - self.physical(result)) @ self._inverse.T
+
+    @property
+    def _open(self) -> str:
+        """What is said where the shapes are dependent."""
+        n, count = self.shapes.shape
+        return f"{n} coordinates do not determine {count} modes whose shapes are dependent there"
 
     @cached_property
     def _inverse(self) -> Array | None:

@@ -154,6 +154,9 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         rows: NDArray[np.float64] = self._at(t, forces)[0]
         return rows
 
+    def _pressed(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return np.asarray(self.trajectory(times, forces=True)[:, 4] > 0.0)
+
     def _states(self, times: NDArray[np.float64], forces: bool) -> tuple[list[Any], bool]:
         rows, interrupted = self._core.trajectory(times, forces)
         return [rows], interrupted

@@ -87,6 +87,10 @@ class RunRecord(Shown, ABC, Generic[MachineT, CoreT, StartT]):
         """Return impacts of the core as a table."""
 
     @abstractmethod
+    def _pressed(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether a contact is closed, under force, at times."""
+
+    @abstractmethod
     def _states(self, times: NDArray[np.float64], forces: bool) -> tuple[list[Any], bool]:
         """Return arrays with a row for each time, states first; whether Ctrl-C left rows out."""
 

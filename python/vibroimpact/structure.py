@@ -362,6 +362,57 @@ class Structure(Machine):
         return max(float(self.frequencies[-1]), self.drive_frequency)
 
     @property
+    def _usual_period(self) -> float:
+        if np.isfinite(self.drive_period):
+            return self.drive_period
+        moving = self.frequencies[self.frequencies > 0.0]
+        return 2.0 * np.pi / float(moving[0]) if len(moving) else 1.0
+
+    def _least_size(self, name: str, start: Array) -> float:
+        kind = name.rpartition("_")[0] or name
+        if name == "drive_frequency":
+            return _LEAST_PART * self._fastest
+        if kind not in ("gap", "q", "v"):
+            return _LEAST_PART
+        # The units of length are not known: what gaps and start have of it.
+        q, v = np.abs(start).reshape(2, -1).max(axis=1)
+        lengths = [*(abs(stop.gap) for stop in self.stops), q]
+        lengths += [v / self._fastest] if self._fastest > 0.0 else []
+        length = float(max(lengths)) or 1.0
+        return _LEAST_PART * length * (self._fastest or 1.0 if kind == "v" else 1.0)
+
+    def _turned(self, angle: float) -> Structure:
+        turn = 2.0 * np.pi
+        stops = [each.replace(phase=(each.phase + angle) % turn) for each in self.stops]
+        moving = any(each.amplitude for each in self.stops)
+        changes: dict[str, Any] = {"stops": stops} if moving else {}
+        return self.replace(phase=(self.phase + angle) % turn, **changes)
+
+    @property
+    def _stop_count(self) -> int:
+        return len(self.stops)
+
+    @property
+    def _turning(self) -> dict[str, Any]:
+        moving = (place for place, each in enumerate(self.stops) if each.amplitude)
+        return {"phase": 1.0, **{f"phase_{place}": 1.0 for place in moving}}
+
+    def _accelerations(self, states: Array, phases: Array) -> Array:
+        basis = self._basis
+        rows = basis.near(states.reshape(len(states), 2, -1))
+        mass, stiffness = basis.matrices
+        drive = basis.on("drive_amplitude", self.drive_amplitude)
+        force = basis.on("static_load", self.static_load) - rows[:, 0] @ stiffness
+        force = force + (np.exp(1j * phases)[:, None] * drive).real
+        if self.damping is not None:
+            force -= rows[:, 1] @ basis.square("damping", self.damping)
+        elif self.damping_ratios is not None:
+            shapes = mass @ self._compiled.shapes
+            rates = 2.0 * self.damping_ratios * self._compiled.frequencies
+            force -= rows[:, 1] @ (shapes * rates) @ shapes.T
+        return basis.physical(np.linalg.solve(mass, force.T).T)
+
+    @property
     def _numbers_in_words(self) -> str:
         return numbers_in_words(len(self.stops))
 
@@ -405,6 +456,8 @@ class Structure(Machine):
         return "Structure.from_modes" if self._basis.is_modal else "Structure"
 
 
+# A large change of a number that is small itself, as part of its usual size.
+_LEAST_PART = 0.1
 _REST = (
     *("stops", "damping", "damping_ratios", "static_load", "drive_amplitude", "drive_frequency"),
     *("phase", "law", "simultaneous"),

@@ -156,6 +156,9 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
         arrays = self._at(t, forces)
         return tuple(arrays) if forces else arrays[0]
 
+    def _pressed(self, times: Array) -> NDArray[np.bool_]:
+        return np.asarray((self.trajectory(times, forces=True)[1][:, :, 0] > 0.0).any(axis=1))
+
     def _states(self, times: Array, forces: bool) -> tuple[list[Any], bool]:
         rows, acting, interrupted = self._core.trajectory(times)
         rows = self._system._from_core(rows)

@@ -32,6 +32,9 @@ SYMBOLS = {parameter.symbol: name for name, parameter in PARAMETERS.items()}
 # The coordinates of a state, in its order.
 COORDINATES = ("x1", "v1", "x2", "v2")
 
+# A large change of a dimensionless number that is small itself.
+_LEAST_SIZE = 0.1
+
 # What each choice means, for the error about another one.
 CHOICES = {
     "contact": {"oblique": "the tip of a pendulum", "direct": "head-on"},
@@ -404,6 +407,29 @@ class System(Mechanics):
     @property
     def _fastest(self) -> float:
         return max(1.0, self.frequency_ratio, self.drive_frequency)
+
+    @property
+    def _usual_period(self) -> float:
+        return min(self.drive_period, 2.0 * np.pi)
+
+    def _least_size(self, name: str, start: NDArray[np.float64]) -> float:
+        return _LEAST_SIZE
+
+    def _turned(self, angle: float) -> Self:
+        return self.replace(phase=(self.phase + angle) % (2.0 * np.pi))
+
+    @property
+    def _stop_count(self) -> int:
+        return 0
+
+    @property
+    def _turning(self) -> dict[str, Any]:
+        return {"phase": 1.0}
+
+    def _accelerations(
+        self, states: NDArray[np.float64], phases: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        return self.accelerations(states, phases)
 
     def _chosen(self, units: Any) -> Scales | None:
         return chosen(units, self.scales)

@@ -54,6 +54,7 @@ FIRST = [
     "machine",
     "mechanics",
     "system",
+    "by_numbers",
     "machine_kinds",
     "stop",
     "modal_basis",

@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import count, reject, several
+from ..arguments import count, number, pair, reject, several
 from ..errors import Interrupted, ParameterError, StateError
 from ..hints import close_to
 from ..interruption import interruptible
-from ..machine_kinds import need_system
-from ..run import Run
+from ..machine import Machine
+from ..machine_kinds import is_maker
+from ..made import basis_of, check_names, defaults_of, machine_made
+from ..run_record import AnyRun
 from ..scales import Units
 from ..simulation import simulate
-from ..system import System
 from .judgement import judged
+from .measuring import need_run
 from .minimum import Found
-from .prediction import kinds_of
+from .prediction import kinds_in_words, kinds_of
 from .problem import Point, Problem, Window
 from .record import Record
 from .result import ExpectedErrors, Fit
 from .search import Search
 from .sigmas import estimated, first_sigmas
 from .statistics import LOSSES, determination
-from .unknowns import Unknowns, unknowns_of
+from .unknowns import Unknowns, named, unknowns_of
 
 Array = NDArray[np.float64]
 
@@ -34,6 +36,9 @@ Array = NDArray[np.float64]
 _LONGEST = 20_000
 # Rounds in which unknown standard errors are estimated, until they change by less.
 _MOST_ROUNDS, _STEADY = 6, 0.01
+# Part of a period of a run that only looks whether there can be one.
+_MOMENT = 1e-9
+_RANGE = "(low, high), two numbers with low < high"
 # Starts of the search at most.
 _MOST_STARTS = 1000
 
@@ -41,7 +46,7 @@ _MOST_STARTS = 1000
 @interruptible
 def fit(
     record: Record | Sequence[Record],
-    system: System,
+    system: Machine | Callable[..., Any],
     *,
     unknown: Sequence[str] | Mapping[str, tuple[float, float] | None],
     initial: ArrayLike,
@@ -61,13 +66,16 @@ def fit(
     record
         What was measured, or several records of the same motion.
     system
-        The machine, with first guesses of what is unknown and all other numbers as they are.
+        The System or Structure, with first guesses of what is unknown and all other numbers as they
+        are. Or a function of named numbers that makes one: first guesses are its defaults, or the
+        middles of the ranges.
     unknown
-        Names of what is looked for: numbers of the system, and coordinates of the start
-        (``"x1"``, ``"v1"``, ``"x2"``, ``"v2"``; ``"start"`` for all of them). Or a mapping from
-        names to ranges (low, high), None for those that nature sets.
+        Names of what is looked for: numbers of the system, of its stops (``"gap_0"``), or of the
+        function, and coordinates of the start (``"x1"``, ``"v1"``, ``"x2"``, ``"v2"``, of a
+        structure ``"q_0"``, ``"v_0"`` ...; ``"start"`` for all of them). Or a mapping from names to
+        ranges (low, high), None for those that nature sets.
     initial
-        The start (x1, v1, x2, v2) at t = 0, with first guesses of what is unknown.
+        The start at t = 0, as in ``simulate``, with first guesses of what is unknown.
     loss
         ``"linear"``, least squares; or what bears outliers: ``"huber"``, ``"soft_l1"``,
         ``"cauchy"``, with constants for 95 % efficiency at normal errors (``"soft_l1"`` between).
@@ -107,22 +115,24 @@ def fit(
     >>> found.verdict, round(found.values["restitution"], 2), round(found.values["friction"], 2)
     ('fits', 0.8, 0.2)
     """
-    need_system(system)
     records = _records(record)
-    start = _one_start(system, initial)
-    scales = system._chosen(units)
+    machine = _machine(system, unknown)
+    start = _one_start(machine, initial)
+    if units is not None and machine is not system:
+        reject("units", units, "None where a function makes the system, in units of its own")
+    scales = machine._chosen(units)
     if scales is not None:
         records = [record._in_units_of(scales) for record in records]
         start = scales.from_si(start)
-    unknowns = unknowns_of(unknown, system, start)
-    _check_records(records, system)
+    unknowns = unknowns_of(unknown, machine, start)
+    _check_records(records, machine)
     if not isinstance(loss, str) or loss not in LOSSES:
         reject("loss", loss, ", ".join(map(repr, LOSSES)))
     starts = count("starts", starts, least=1, most=_MOST_STARTS)
     random = np.random.default_rng(count("seed", seed, least=0))
-    simulate(system, initial=start.tolist(), time=1e-9)  # refuses a start that overlaps
-    problem = Problem(system, start, unknowns, records)
-    given = unknowns.values_of(system, start)
+    problem = Problem(machine, start, unknowns, records)
+    _check_start(problem)
+    given = unknowns.values_of(machine, start)
     best: Fit | None = None
     try:
         for number in range(starts):
@@ -141,7 +151,7 @@ def fit(
 
 @interruptible
 def expected_errors(
-    run: Run,
+    run: AnyRun,
     record: Record | Sequence[Record],
     *,
     unknown: Sequence[str] | Mapping[str, tuple[float, float] | None],
@@ -180,12 +190,11 @@ def expected_errors(
     >>> errors["restitution"] < 0.01
     True
     """
-    if not isinstance(run, Run):
-        reject("run", run, "a vibroimpact.Run")
+    need_run(run)
     records = _records(record)
-    for number, each in enumerate(records):
+    for place, each in enumerate(records):
         if each.sigma is None:
-            reject(f"record[{number}]", each, "a record with sigma")
+            reject(f"record[{place}]", each, "a record with sigma")
     start = np.array(run.initial, dtype=np.float64).ravel()
     unknowns = unknowns_of(unknown, run.system, start)
     _check_records(records, run.system)
@@ -225,7 +234,39 @@ def _records(given: Any) -> list[Record]:
     return several("record", given, Record)
 
 
-def _one_start(system: System, initial: Any) -> Array:
+def _machine(system: Any, unknown: Any) -> Any:
+    """Return the machine with its first guesses; that of a function remembers it."""
+    if not is_maker(system):
+        if not isinstance(system, Machine):
+            reject("system", system, "a System, a Structure, or a function that makes one")
+        return system
+    guesses = defaults_of(system)
+    numbers: dict[str, float] = {}
+    for name, limits in named(unknown, ", ".join(guesses)):
+        if name not in guesses:
+            continue  # a coordinate of the start; others are refused by their names
+        if limits is not None:
+            low, high = (number(f"unknown[{name!r}]", each) for each in pair(name, limits, _RANGE))
+        value = guesses[name]
+        if value is None:
+            if limits is None:
+                reject(f"unknown[{name!r}]", None, f"{_RANGE}, or a default in the function")
+            value = 0.5 * (low + high)
+        numbers[name] = number(name, value)
+    check_names(system, [*numbers])
+    return machine_made(system, numbers, {name: abs(value) for name, value in numbers.items()})
+
+
+def _check_start(problem: Problem) -> None:
+    """Refuse a start that overlaps, and what no run can be differentiated by."""
+    machine, unknowns = problem.machine, problem.unknowns
+    start = problem.initial.reshape(machine._starts_shape)
+    run = simulate(machine, initial=start, time=_MOMENT * machine._usual_period)
+    basis = basis_of(machine, unknowns.names[: unknowns.machine])
+    basis.with_coordinates(unknowns.names[unknowns.machine :]).of(run)
+
+
+def _one_start(system: Machine, initial: Any) -> Array:
     """Return one start, flat."""
     states = system._starts(initial)
     if states.ndim != system._AXES:
@@ -233,24 +274,24 @@ def _one_start(system: System, initial: Any) -> Array:
     return np.array(states, dtype=np.float64).ravel()
 
 
-def _check_records(records: list[Record], system: System) -> None:
+def _check_records(records: list[Record], system: Machine) -> None:
     """Refuse kinds that the machine does not have, and times that cannot be meant."""
     kinds = kinds_of(system)
-    longest = _LONGEST * min(system.drive_period, 2.0 * np.pi)
-    for number, record in enumerate(records):
-        where = f"record[{number}]" if len(records) > 1 else "record"
+    longest = _LONGEST * system._usual_period
+    for place, record in enumerate(records):
+        where = f"record[{place}]" if len(records) > 1 else "record"
         if record.kind not in kinds:
             hint = close_to(record.kind, kinds) or ";"
             raise ParameterError(
-                f"{where}.kind = {record.kind!r} is not allowed{hint} allowed: {', '.join(kinds)}"
+                f"{where}.kind = {record.kind!r} is not allowed{hint} allowed: "
+                f"{kinds_in_words(system)}"
             )
         late = np.flatnonzero(record.times > longest)
         if len(late):
             row = int(late[0])
             raise ParameterError(
                 f"{where}.times[{row}] = {record.times[row].item()!r} is not allowed; allowed: "
-                f"times up to {longest:.6g}, {_LONGEST} periods; they are in units of 1/omega_2: "
-                "is the record in other units?"
+                f"times up to {longest:.6g}, {_LONGEST} periods: is the record in other units?"
             )
 
 

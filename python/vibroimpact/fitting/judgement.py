@@ -11,8 +11,8 @@ from ..showing import counted
 from .alignment import intervals
 from .minimum import Found
 from .problem import Problem
-from .record import IMPACT_TIMES, Record
-from .result import Fit, Verdict
+from .record import Record, is_heard
+from .result import Fit, Verdict, tuples
 from .search import Search
 from .statistics import chi2_tail, determination, inflation, ljung_box, runs_test
 
@@ -37,12 +37,14 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
     sigma = np.concatenate(search.sigmas)
     measured = np.concatenate([record.values for record in problem.records])
     point = values if found is None else found.point.values
+    start = unknowns.start_of(problem.initial, point)
     nothing = np.full(count, np.inf)
     common: dict[str, Any] = {
-        "machine": unknowns.machine_of(problem.system, point),
-        "initial": tuple(unknowns.start_of(problem.initial, point).tolist()),
+        "machine": unknowns.machine_of(problem.machine, point),
+        "initial": tuples(start.reshape(problem.machine._starts_shape).tolist()),
         "names": unknowns.names,
         "estimates": point.copy(),
+        "ranges": np.column_stack([unknowns.low, unknowns.high]),
         "records": tuple(problem.records),
         "sigma": sigma,
         "dof": max(rows - count, 0),
@@ -183,7 +185,7 @@ def _reasons(
 def _unexplained(record: Record, residuals: Array) -> str:
     """Return what is not explained of a record whose errors are not known; "" if all is well."""
     size = float(np.median(np.abs(residuals)))
-    if record.kind == IMPACT_TIMES:
+    if is_heard(record.kind):
         part = size / float(np.median(intervals(record.times)))
         what = "of the intervals between impacts"
     else:
@@ -209,7 +211,7 @@ def _units(problem: Problem, found: Found | None) -> list[str]:
     said = []
     for record, predicted in zip(problem.records, found.evaluation.predicted, strict=True):
         kept = predicted[np.isfinite(predicted)]
-        if record.kind == IMPACT_TIMES:
+        if is_heard(record.kind):
             continue
         mine, theirs = float(np.std(kept)) if len(kept) else 0.0, float(np.std(record.values))
         if mine > 0.0 and theirs > 0.0 and not 1.0 / _OTHER_UNITS < theirs / mine < _OTHER_UNITS:

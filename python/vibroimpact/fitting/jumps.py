@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import SimulationError
 from .problem import Point, Problem, Window
-from .record import IMPACT_TIMES, Record
-from .unknowns import coordinates_of
+from .record import Record, is_heard
 
 Array = NDArray[np.float64]
 
@@ -34,9 +33,9 @@ _OF_INTERVAL = 0.1
 
 def jumps(record: Record, problem: Problem) -> bool:
     """Whether what is recorded jumps at impacts."""
-    if record.kind == IMPACT_TIMES:
+    if is_heard(record.kind):
         return False
-    return record.kind not in coordinates_of(problem.system) or record.kind[0] == "v"
+    return record.kind not in problem.machine._coordinates_by_name or record.kind[0] == "v"
 
 
 def widened(problem: Problem, sigmas: Sequence[Array], width: int) -> list[Array]:
@@ -94,7 +93,7 @@ def _impacts(
     times = np.unique(np.concatenate([np.zeros(0), *kept]))
     if not len(times):
         return times, times
-    heard = replace(problem, records=[Record(IMPACT_TIMES, times)])
+    heard = replace(problem, records=[Record("impact_times", times)])
     again = heard.evaluate(point, window)
     if again is None:
         return times, np.zeros(len(times))

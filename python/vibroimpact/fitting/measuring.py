@@ -11,9 +11,9 @@ from ..arguments import count, not_negative, positive, reject, vector
 from ..errors import ParameterError
 from ..hints import close_to
 from ..interruption import interruptible
-from ..run import Run
-from .prediction import kinds_of, predicted
-from .record import IMPACT_TIMES, Record
+from ..run_record import AnyRun, RunRecord
+from .prediction import heard_in, kinds_in_words, kinds_of, predicted
+from .record import Record, is_heard
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ _MOST_ROWS = 10_000_000
 
 @interruptible
 def measure(
-    run: Run,
+    run: AnyRun,
     what: str,
     *,
     noise: float = 0.0,
@@ -42,8 +42,9 @@ def measure(
         A run that keeps all of its impacts and sections.
     what
         ``"impact_times"``; or a coordinate, its rate or acceleration: ``"x1"``, ``"v1"``,
-        ``"a1"``, ``"x2"``, ``"v2"``, ``"a2"``. Impacts that complete chatter skipped have no times
-        here.
+        ``"a1"``, ``"x2"``, ``"v2"``, ``"a2"``. Of a structure ``"impact_times_0"`` of one stop, and
+        ``"q_0"``, ``"v_0"``, ``"a_0"``, ``"q_1"`` ... Impacts that complete chatter skipped have no
+        times here.
     noise
         Standard deviation of normal, independent errors of the values, or of the times of impacts;
         0 for none.
@@ -78,13 +79,12 @@ def measure(
     >>> vi.measure(run, "impact_times")
     <Record impact_times: 19 rows from time 3.51736 to 66.2458, sigma unknown>
     """
-    if not isinstance(run, Run):
-        reject("run", run, "a vibroimpact.Run")
+    need_run(run)
     kinds = kinds_of(run.system)
     if not isinstance(what, str) or what not in kinds:
         hint = close_to(what, kinds) if isinstance(what, str) else ""
         raise ParameterError(
-            f"what = {what!r} is not allowed{hint or ';'} allowed: {', '.join(kinds)}"
+            f"what = {what!r} is not allowed{hint or ';'} allowed: {kinds_in_words(run.system)}"
         )
     if run.kept_from > 0.0:
         reject("run", run, "a run that keeps all, from t = 0 on")
@@ -93,11 +93,11 @@ def measure(
         if size > most:
             reject(label, size, f"a number from 0 to {most:g}")
     random = np.random.default_rng(count("seed", seed, least=0))
-    if what == IMPACT_TIMES:
+    if is_heard(what):
         for name, value in (("at", at), ("sampling", sampling)):
             if value is not None:
                 reject(name, value, "None for impact times")
-        return _heard(run, float(np.hypot(noise, jitter)), random)
+        return _heard(run, what, float(np.hypot(noise, jitter)), random)
     times = _instants(run, at, sampling)
     true = times
     spread = np.full(len(times), noise)
@@ -111,18 +111,24 @@ def measure(
     return Record(what, times, values, sigma=spread if noise or jitter else None)
 
 
-def _heard(run: Run, noise: float, random: np.random.Generator) -> Record:
+def need_run(run: Any) -> None:
+    """Refuse what is no run."""
+    if not isinstance(run, RunRecord):
+        reject("run", run, "a vibroimpact.Run or a vibroimpact.StructureRun")
+
+
+def _heard(run: AnyRun, kind: str, noise: float, random: np.random.Generator) -> Record:
     """Return the times of impacts with errors, in their order."""
-    exact = np.asarray(run.impacts["time"])
+    exact = np.asarray(run.impacts["time"])[heard_in(run, kind)]
     if not len(exact):
-        reject("run", run, "a run with an impact")
+        reject("run", run, "a run with an impact to be heard")
     times = np.sort(np.maximum(exact + noise * random.standard_normal(len(exact)), 0.0))
     for k in np.flatnonzero(np.diff(times) <= 0.0):  # both at 0, or equal by chance
         times[k + 1] = np.nextafter(times[k], np.inf)
-    return Record(IMPACT_TIMES, times, sigma=noise or None)
+    return Record(kind, times, sigma=noise or None)
 
 
-def _instants(run: Run, at: Any, sampling: Any) -> Array:
+def _instants(run: AnyRun, at: Any, sampling: Any) -> Array:
     """Return the checked instants of measurement."""
     end = run.final_state.time
     if (at is None) == (sampling is None):

@@ -8,41 +8,56 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..run import Run
-from ..system import System
-from .record import IMPACT_TIMES
-from .unknowns import coordinates_of
+from ..errors import ParameterError
+from ..machine import Machine
+from ..made import value_of, varied
+from .record import IMPACT_TIMES, stop_of
 
 Array = NDArray[np.float64]
 
-# Step of central differences of the accelerations, which are smooth and cheap.
+# Of more kinds a message names the first and the last.
+_MOST_LISTED = 12
+# Step of differences of the accelerations, which are smooth and cheap, in sizes of the numbers.
 _STEP = 6e-6
-# Step in time, as part of the drive period or of 2 pi, of differences of velocities in contact.
+# Step in time, as part of the shortest period, of differences of velocities in contact.
 _INSTANT = 1e-5
 
 
-def kinds_of(system: System) -> tuple[str, ...]:
+def kinds_of(machine: Machine) -> tuple[str, ...]:
     """Return what can be measured of a machine."""
-    names = coordinates_of(system)
-    accelerations = tuple(f"a{name[1:]}" for name in names if name[0] == "v")
-    return (IMPACT_TIMES, *names, *accelerations)
+    names = machine._coordinates_by_name
+    heard = [IMPACT_TIMES, *(f"{IMPACT_TIMES}_{k}" for k in range(machine._stop_count))]
+    return (*heard, *names, *_accelerations_of(machine))
 
 
-def later(system: System, time: float) -> System:
-    """Return the machine with the phase that its drive has after some time."""
-    turned = (system.phase + system.drive_frequency * time) % (2.0 * np.pi)
-    return system.replace(phase=float(turned))
+def kinds_in_words(machine: Machine) -> str:
+    """Return the same for a message: a structure may have many."""
+    kinds = kinds_of(machine)
+    if len(kinds) <= _MOST_LISTED:
+        return ", ".join(kinds)
+    stops, last = machine._stop_count, len(machine._coordinates_by_name) // 2 - 1
+    ends = [("impact_times", stops - 1), *((kind, last) for kind in "qva")]
+    return ", ".join([IMPACT_TIMES, *(f"{kind}_0 ... {kind}_{end}" for kind, end in ends)])
 
 
-def states_at(run: Run, times: Array) -> Array:
+def heard_in(run: Any, kind: str) -> NDArray[np.int64]:
+    """Return the rows of the impacts of a run that a record of their times hears."""
+    stop = stop_of(kind)
+    if stop is None:
+        return np.arange(len(run.impacts))
+    return np.flatnonzero(np.asarray(run.impacts["stop"]) == stop)
+
+
+def states_at(run: Any, times: Array) -> Array:
     """Return flat states of a run at times; beyond its ends those at the ends."""
     inside = np.clip(times, run.kept_from, run.final_state.time)
-    return run.trajectory(inside).reshape(len(times), np.size(run.initial))
+    states: Array = run.trajectory(inside).reshape(len(times), np.size(run.initial))
+    return states
 
 
-def predicted(run: Run, kind: str, times: Array) -> Array:
+def predicted(run: Any, kind: str, times: Array) -> Array:
     """Return what is measured at times of a run, of any kind but impact times."""
-    names = coordinates_of(run.system)
+    names = run.system._coordinates_by_name
     if kind in names:
         return states_at(run, times)[:, names.index(kind)]
     values = _free(run.system, kind, states_at(run, times), times)
@@ -55,71 +70,95 @@ def predicted(run: Run, kind: str, times: Array) -> Array:
     return values
 
 
-def derivative(run: Run, sensitivity: Any, names: Sequence[str], kind: str, times: Array) -> Array:
-    """Return the derivatives of `predicted` by names, shape (times, names)."""
-    coordinates = coordinates_of(run.system)
+def derivative(run: Any, sensitivity: Any, kind: str, times: Array) -> Array:
+    """Return the derivatives of `predicted` through the states, (times, columns of these)."""
+    coordinates = run.system._coordinates_by_name
     inside = np.clip(times, run.kept_from, run.final_state.time)
     moved = sensitivity.trajectory(inside)
     if kind in coordinates:
         return np.asarray(moved[:, coordinates.index(kind)])
-    states = states_at(run, times)
-    found = np.zeros((len(times), len(names)))
-    for place in range(states.shape[1]):
-        by_state = _difference(run.system, kind, states, times, place)
-        with np.errstate(over="ignore", invalid="ignore"):  # not finite, and then refused
-            found += by_state[:, None] * moved[:, place]
-    for column, name in enumerate(names):
-        if name not in coordinates:
-            found[:, column] += _difference(run.system, kind, states, times, name)
+    # The motion without contact is linear in the state.
+    found = np.empty((len(times), moved.shape[2]))
+    with np.errstate(over="ignore", invalid="ignore"):  # not finite, and then refused
+        still = _free(run.system, kind, np.zeros(moved.shape[:2]), times)
+        for column in range(moved.shape[2]):
+            rows = moved[:, :, column]
+            whole = np.isfinite(rows).all(axis=1)
+            found[~whole, column] = np.inf
+            found[whole, column] = _free(run.system, kind, rows[whole], times[whole]) - still[whole]
     held = _in_contact(run, times)
     if held.any():
-        column = coordinates.index(f"v{kind[1:]}")
+        place = coordinates.index(f"v{kind[1:]}")
         before, after, length = _beside(run, times[held])
         change = sensitivity.trajectory(after) - sensitivity.trajectory(before)
-        found[held] = change[:, column] / length[:, None]
+        found[held] = change[:, place] / length[:, None]
     return found
 
 
-def _free(system: System, kind: str, states: Array, times: Array) -> Array:
+def partial(
+    machine: Any,
+    run: Any,
+    begin: float,
+    kind: str,
+    times: Array,
+    names: Sequence[str],
+    sizes: Array,
+) -> Array:
+    """Return the derivatives of `predicted` by numbers of the machine at fixed states.
+
+    The run begins at ``begin``; ``sizes`` are those of the numbers.
+    """
+    found = np.zeros((len(times), len(names)))
+    if kind in machine._coordinates_by_name:
+        return found
+    states = states_at(run, times)
+    here = _free(machine, kind, states, begin + times)
+    for column, (name, size) in enumerate(zip(names, sizes.tolist(), strict=True)):
+        value, step = value_of(machine, name), _STEP * size
+
+        def at(steps: float, name: str = name, value: float = value, step: float = step) -> Any:
+            try:
+                changed = varied(machine, {name: value + steps * step})
+            except ParameterError:  # beyond the end of its range
+                return None
+            return _free(changed, kind, states, begin + times)
+
+        above, below = at(1.0), at(-1.0)
+        if above is not None and below is not None:
+            found[:, column] = (above - below) / (2.0 * step)
+            continue
+        for side, near in ((1.0, above), (-1.0, below)):
+            far = at(2.0 * side)
+            if near is not None and far is not None:
+                found[:, column] = side * (4.0 * near - 3.0 * here - far) / (2.0 * step)
+    found[_in_contact(run, times)] = 0.0
+    return found
+
+
+def _accelerations_of(machine: Machine) -> tuple[str, ...]:
+    return tuple(f"a{name[1:]}" for name in machine._coordinates_by_name if name[0] == "v")
+
+
+def _free(machine: Machine, kind: str, states: Array, times: Array) -> Array:
     """Return an acceleration of the motion without contact."""
-    phases = (system.phase + system.drive_frequency * times) % (2.0 * np.pi)
-    accelerations = system.accelerations(states, phases)
-    names = [f"a{name[1:]}" for name in coordinates_of(system) if name[0] == "v"]
-    return np.array(accelerations[:, names.index(kind)])
+    phases = (machine.phase + machine.drive_frequency * times) % (2.0 * np.pi)
+    accelerations = machine._accelerations(states, phases)
+    return np.array(accelerations[:, _accelerations_of(machine).index(kind)])
 
 
-def _difference(system: System, kind: str, states: Array, times: Array, by: str | int) -> Array:
-    """Return the derivative of an acceleration by a number of the machine, or by a coordinate."""
-    if isinstance(by, int):
-        moved = np.zeros(states.shape[1])
-        moved[by] = 1.0
-        ends = [_free(system, kind, states + sign * moved, times) for sign in (-1.0, 1.0)]
-        return (ends[1] - ends[0]) / 2.0  # it is linear in the state
-    value = getattr(system, by)
-    step = _STEP * max(1.0, abs(value))
-    # At the end of its range a number moves to one side only.
-    low, high = value - step, value + step
-    if by not in ("gap", "phase", "moment_amplitude", "force_amplitude") and low < 0.0 <= value:
-        low = value
-    if by in ("restitution", "mass_ratio", "friction", "gap"):
-        return np.zeros(len(times))
-    ends = [_free(system.replace(**{by: end}), kind, states, times) for end in (low, high)]
-    slope: Array = (ends[1] - ends[0]) / (high - low)
-    return slope
-
-
-def _in_contact(run: Run, times: Array) -> NDArray[np.bool_]:
+def _in_contact(run: Any, times: Array) -> NDArray[np.bool_]:
     """Return where the bodies are in sustained contact."""
     if run.time_in_contact == 0.0:
         return np.zeros(len(times), np.bool_)
     inside = np.clip(times, run.kept_from, run.final_state.time)
-    return np.asarray(run.trajectory(inside, forces=True)[:, 4] > 0.0)
+    pressed: NDArray[np.bool_] = run._pressed(inside)
+    return pressed
 
 
-def _beside(run: Run, times: Array) -> tuple[Array, Array, Array]:
+def _beside(run: Any, times: Array) -> tuple[Array, Array, Array]:
     """Return instants just before and after times, inside the run, and the time between them."""
     end = run.final_state.time
-    step = _INSTANT * min(run.system.drive_period, 2.0 * np.pi)
+    step = _INSTANT * 2.0 * np.pi / run.system._fastest
     before = np.clip(times - step, run.kept_from, end)
     after = np.clip(times + step, run.kept_from, end)
     return before, after, after - before

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ParameterError, SimulationError, StateError
-from ..run import Run
+from ..machine import Machine
+from ..made import Basis, basis_of
 from ..simulation import simulate
-from ..system import System
 from .alignment import Places, aligned, intervals
-from .prediction import derivative, later, predicted, states_at
-from .record import IMPACT_TIMES, Record
-from .unknowns import Unknowns, coordinates_of
+from .prediction import derivative, heard_in, partial, predicted, states_at
+from .record import Record, is_heard
+from .unknowns import Unknowns
 
 Array = NDArray[np.float64]
 
@@ -60,6 +60,8 @@ class Evaluation:
 
     Attributes
     ----------
+    machine
+        The machine with the values of the point.
     runs
         One for each segment.
     starts
@@ -70,15 +72,19 @@ class Evaluation:
         What is compared with the values.
     places
         Of impact times, for each segment: which impact of its run each row is, -1 for none.
+    heard
+        Of impact times, for each segment: the impacts of its run that could have been heard.
     defects
         End of each segment minus start of the next, flat.
     """
 
-    runs: list[Run]
+    machine: Any
+    runs: list[Any]
     starts: tuple[float, ...]
     residuals: list[Array]
     predicted: list[Array]
     places: list[list[Places | None]]
+    heard: list[list[Places]]
     defects: Array
 
     @property
@@ -91,13 +97,18 @@ class Evaluation:
     def unheard(self, end: float) -> list[float]:
         """Return the approach velocities of impacts before ``end`` that were not measured."""
         found: list[float] = []
-        for run, begin, stop, many in zip(
-            self.runs, self.starts, (*self.starts[1:], end), self.places, strict=True
+        for run, begin, stop, many, could in zip(
+            self.runs,
+            self.starts,
+            (*self.starts[1:], end),
+            self.places,
+            self.heard,
+            strict=True,
         ):
             times = begin + np.asarray(run.impacts["time"])
-            for mine in many:
+            for mine, theirs in zip(many, could, strict=True):
                 if mine is not None:
-                    extra = np.flatnonzero(times < stop)
+                    extra = theirs[times[theirs] < stop]
                     extra = extra[~np.isin(extra, mine)]
                     found += np.asarray(run.impacts["approach_velocity"])[extra].tolist()
         return found
@@ -107,7 +118,7 @@ class Evaluation:
 class Problem:
     """A machine with a start, records, and what is looked for."""
 
-    system: System
+    machine: Any
     initial: Array
     unknowns: Unknowns
     records: Sequence[Record]
@@ -115,17 +126,17 @@ class Problem:
     def evaluate(self, point: Point, window: Window) -> Evaluation | None:
         """Return the residuals of a point; None where there is no motion of this kind."""
         try:
-            machine = self.unknowns.machine_of(self.system, point.values)
+            machine = self.unknowns.machine_of(self.machine, point.values)
             first = self.unknowns.start_of(self.initial, point.values)
         except ParameterError:
             return None
-        runs: list[Run] = []
+        runs: list[Any] = []
         values: list[list[Array]] = [[] for _ in self.records]
         places: list[list[Places | None]] = []
         starts = [first, *point.nodes]
         for (begin, end), start in zip(window.ends(), starts, strict=True):
             rows = [self._rows(record, begin, end) for record in self.records]
-            run = self._run(later(machine, begin), start, end - begin, rows)
+            run = self._run(machine, begin, start, end - begin, rows)
             if run is None:
                 return None
             runs.append(run)
@@ -148,7 +159,14 @@ class Problem:
         defects = np.concatenate(
             [np.zeros(0), *(e - s for e, s in zip(ends, starts[1:], strict=True))]
         )
-        return Evaluation(runs, window.borders, residuals, found, places, defects)
+        heard = [
+            [
+                heard_in(run, record.kind) if is_heard(record.kind) else _NONE
+                for record in self.records
+            ]
+            for run in runs
+        ]
+        return Evaluation(machine, runs, window.borders, residuals, found, places, heard, defects)
 
     def derivatives(self, found: Evaluation, window: Window) -> tuple[list[Array], Array]:
         """Return derivatives of the residuals of each record, and of the defects.
@@ -159,49 +177,47 @@ class Problem:
         width = len(self.unknowns.names) + size * (many - 1)
         jacobians: list[list[Array]] = [[] for _ in self.records]
         constraint = np.zeros((size * (many - 1), width))
+        numbers = self.unknowns.names[: self.unknowns.machine]
+        sizes = self.unknowns.scales[: len(numbers)]
+        basis = basis_of(found.machine, numbers)
         for k, (run, (begin, end)) in enumerate(zip(found.runs, window.ends(), strict=True)):
-            names, columns, chain = self._columns(k, begin)
-            sensitivity = run.sensitivity(*names)
+            own, columns = self._columns(k, begin, basis, found.machine)
+            sensitivity = own.of(run)
             for blocks, record, place in zip(jacobians, self.records, found.places[k], strict=True):
                 rows = self._rows(record, begin, end)
+                times = record.times[rows] - begin
                 block = np.zeros((rows.stop - rows.start, width))
-                own = _derivative(run, sensitivity, names, record, rows, place, begin)
-                block[:, columns] = own @ chain
+                if place is None:
+                    moved = derivative(run, sensitivity, record.kind, times)
+                    block[:, columns] = _product(moved, own.chain)
+                    block[:, : len(numbers)] += partial(
+                        found.machine, run, begin, record.kind, times, numbers, sizes
+                    )
+                else:  # those of missing impacts are 0
+                    heard = place >= 0
+                    moved = np.asarray(sensitivity.impacts.time)[place[heard]]
+                    block[np.flatnonzero(heard)[:, None], columns] = _product(moved, own.chain)
                 blocks.append(block)
             if k < many - 1:
                 moved = sensitivity.trajectory(np.array([end - begin]))[0]
                 here = slice(size * k, size * (k + 1))
-                constraint[here, columns] = moved @ chain
+                constraint[here, columns] = _product(moved, own.chain)
                 first = len(self.unknowns.names) + size * k
                 constraint[here, first : first + size] = -np.eye(size)
         return [np.concatenate(blocks) for blocks in jacobians], constraint
 
-    def _columns(self, segment: int, begin: float) -> tuple[list[str], list[int], Array]:
-        """Return what a segment is differentiated by, the columns that get it, and the chain rule.
-
-        The phase at which a segment starts turns with the drive frequency.
-        """
-        numbers = list(self.unknowns.names[: self.unknowns.machine])
-        coordinates = coordinates_of(self.system)
+    def _columns(
+        self, segment: int, begin: float, basis: Basis, machine: Any
+    ) -> tuple[Basis, list[int]]:
+        """Return by what a segment is differentiated, and the columns that get it."""
+        coordinates = machine._coordinates_by_name
         size, count = len(coordinates), len(self.unknowns.names)
         if segment == 0:
-            names = [*numbers, *self.unknowns.names[self.unknowns.machine :]]
-            columns = list(range(count))
-        else:
-            names = [*numbers, *coordinates]
-            first = count + size * (segment - 1)
-            columns = [*range(len(numbers)), *range(first, first + size)]
-        chain = np.eye(len(names))
-        if "drive_frequency" in numbers and begin > 0.0:
-            turned = chain[names.index("phase")] if "phase" in numbers else np.zeros(len(names))
-            turned = turned.copy()
-            turned[names.index("drive_frequency")] += begin
-            if "phase" in numbers:
-                chain[names.index("phase")] = turned
-            else:
-                names = [*names, "phase"]
-                chain = np.vstack([chain, turned])
-        return names, columns, chain
+            own = basis.with_coordinates(self.unknowns.names[self.unknowns.machine :])
+            return own, list(range(count))
+        first = count + size * (segment - 1)
+        columns = [*range(self.unknowns.machine), *range(first, first + size)]
+        return basis.turned(machine, begin).with_coordinates(coordinates), columns
 
     def _rows(self, record: Record, begin: float, end: float) -> slice:
         """Return the rows of a record in (begin, end], with those at 0 in the first segment."""
@@ -209,48 +225,59 @@ class Problem:
         first = int(np.searchsorted(record.times, begin, side))
         return slice(first, max(first, int(np.searchsorted(record.times, end, "right"))))
 
-    def _places(self, run: Run, record: Record, rows: slice, begin: float) -> Places | None:
+    def _places(self, run: Any, record: Record, rows: slice, begin: float) -> Places | None:
         """Return which impacts of a run the rows of a record are; None for other kinds."""
-        if record.kind != IMPACT_TIMES:
+        if not is_heard(record.kind):
             return None
-        impacts = run.impacts
-        return aligned(
+        could = heard_in(run, record.kind)
+        found = aligned(
             record.times[rows],
             intervals(record.times)[rows],
-            begin + np.asarray(impacts["time"]),
-            np.asarray(impacts["approach_velocity"]),
+            begin + np.asarray(run.impacts["time"])[could],
+            np.asarray(run.impacts["approach_velocity"])[could],
         )
+        found[found >= 0] = could[found[found >= 0]]
+        return found
 
-    def _run(self, machine: System, start: Array, length: float, rows: list[slice]) -> Run | None:
-        """Return the run of a segment, long enough for its impacts if they come."""
-        wanted = max(
-            (mine.stop - mine.start) for record, mine in zip(self.records, rows, strict=True)
-        )
-        heard = max(
-            [0]
-            + [
-                mine.stop - mine.start
-                for record, mine in zip(self.records, rows, strict=True)
-                if record.kind == IMPACT_TIMES
-            ]
-        )
-        cap = _EVENTS_PER_ROW * wanted + _MORE_EVENTS
-        more = min(machine.drive_period, 2.0 * np.pi)
+    def _run(
+        self, machine: Machine, begin: float, start: Array, length: float, rows: list[slice]
+    ) -> Any:
+        """Return the run of a segment, long enough for its impacts if they come; or None."""
+        pairs = [*zip(self.records, rows, strict=True)]
+        cap = _EVENTS_PER_ROW * max(mine.stop - mine.start for _, mine in pairs) + _MORE_EVENTS
+        heard = [
+            (record.kind, mine.stop - mine.start) for record, mine in pairs if is_heard(record.kind)
+        ]
+        turned: Any = machine._turned(machine.drive_frequency * begin) if begin else machine
+        more = machine._usual_period
         whole = length * _BEYOND
+        initial = start.reshape(machine._starts_shape)
         for _ in range(_MOST_EXTENSIONS + 1):
             try:
-                run: Run = simulate(machine, initial=start.tolist(), time=whole, max_events=cap)
+                run = simulate(turned, initial=initial, time=whole, max_events=cap)
             except (StateError, SimulationError):
                 return None
             if run.final_state.time < length:
                 return None
-            if len(run.impacts) >= heard or run.stop_reason != "completed":
+            enough = all(len(heard_in(run, kind)) >= many for kind, many in heard)
+            if enough or run.stop_reason != "completed":
                 break
             whole += max(more, 0.5 * whole)
         return run
 
 
-def _values(run: Run, record: Record, rows: slice, places: Places | None, begin: float) -> Array:
+# Impacts of a record that hears none.
+_NONE = np.zeros(0, dtype=np.int64)
+
+
+def _product(moved: Array, chain: Array) -> Array:
+    """Return derivatives by the chain rule; not finite ones are refused later."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        found: Array = moved @ chain
+    return found
+
+
+def _values(run: Any, record: Record, rows: slice, places: Places | None, begin: float) -> Array:
     """Return what a segment predicts of its rows of a record.
 
     Of a missing impact it is a time that is half an interval off.
@@ -260,22 +287,4 @@ def _values(run: Run, record: Record, rows: slice, places: Places | None, begin:
     times = begin + np.asarray(run.impacts["time"])
     found = record.times[rows] + 0.5 * intervals(record.times)[rows]
     found[places >= 0] = times[places[places >= 0]]
-    return found
-
-
-def _derivative(
-    run: Run,
-    sensitivity: Any,
-    names: Sequence[str],
-    record: Record,
-    rows: slice,
-    places: Places | None,
-    begin: float,
-) -> Array:
-    """Return the derivatives of `_values`; those of missing impacts are 0."""
-    if places is None:
-        return derivative(run, sensitivity, names, record.kind, record.times[rows] - begin)
-    moved = np.asarray(sensitivity.impacts.time)
-    found = np.zeros((len(places), len(names)))
-    found[places >= 0] = moved[places[places >= 0]]
     return found

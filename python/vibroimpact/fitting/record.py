@@ -29,11 +29,22 @@ IMPACT_TIMES = "impact_times"
 """The kind of a record that has no values but its times."""
 
 # Coordinates of a System, or of a structure.
-_KINDS = re.compile(r"impact_times|[xva][12]|[qva]_[0-9]{1,6}")
+_KINDS = re.compile(r"impact_times(_[0-9]{1,6})?|[xva][12]|[qva]_[0-9]{1,6}")
 # Numbers are at most of this size, and standard errors at least of its inverse.
 _MOST = 1e50
 # Lines of a file beyond which no record is read.
 _MOST_LINES = 10_000_000
+
+
+def is_heard(kind: str) -> bool:
+    """Whether a record is of times of impacts, which has no values but these."""
+    return kind.startswith(IMPACT_TIMES)
+
+
+def stop_of(kind: str) -> int | None:
+    """Return the stop whose impacts are heard; None for all."""
+    number = kind[len(IMPACT_TIMES) + 1 :]
+    return int(number) if is_heard(kind) and number else None
 
 
 @interruptible
@@ -47,9 +58,10 @@ class Record(FixedArrays, Shown):
     Parameters
     ----------
     kind
-        ``"impact_times"``, the instants of all impacts up to the last one; or what is measured at
-        the times: ``"x1"``, ``"v1"``, ``"a1"`` (angle, its rate, its second derivative), ``"x2"``,
-        ``"v2"``, ``"a2"``.
+        ``"impact_times"``, the instants of all impacts up to the last one, or
+        ``"impact_times_0"``, of those at one stop of a structure; or what is measured at the times:
+        ``"x1"``, ``"v1"``, ``"a1"`` (angle, its rate, its second derivative), ``"x2"``, ``"v2"``,
+        ``"a2"``; of a structure ``"q_0"``, ``"v_0"``, ``"a_0"``, ``"q_1"`` ...
     times
         Ascending, >= 0, shape (n,), at least one.
     values
@@ -116,7 +128,7 @@ class Record(FixedArrays, Shown):
             row = int(back[0]) + 1
             before = f"more than {rows.place('times', row - 1)} = {instants[row - 1].item()!r}"
             rows.refuse("times", instants, row, before)
-        if kind == IMPACT_TIMES:
+        if is_heard(kind):
             if values is not None:
                 reject("values", values, "None for impact times")
             measured = instants
@@ -190,7 +202,7 @@ class Record(FixedArrays, Shown):
             reject("name", name, "a string")
         file = checked_path("path", path)
         columns = {"time": time}
-        if kind != IMPACT_TIMES:
+        if not is_heard(kind):
             columns["value"] = kind if value is None else value
         elif value is not None:
             reject("value", value, "None for impact times")
@@ -208,7 +220,7 @@ class Record(FixedArrays, Shown):
 
     def _in_units_of(self, scales: Scales) -> Record:
         """Return a record in SI as a dimensionless one."""
-        if self.kind == IMPACT_TIMES:
+        if is_heard(self.kind):
             values, unit = None, scales.time
         else:
             order = "xva".index(self.kind[0])

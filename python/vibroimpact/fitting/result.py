@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,21 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import archive
-from .._core import PARAMETERS
 from ..arguments import count as counted_argument
 from ..errors import ParameterError
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
+from ..machine import Machine
+from ..made import numbers_of, varied
 from ..showing import Facts, Shown, counted
-from ..system import System
+from ..sweeps.machines import machine_from_dict
 from ..verbs import verb
-from .ranges import NATURAL
-from .record import Record
+from .record import Record, is_heard
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..run import Run
+    from ..run_record import AnyRun
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,7 @@ Verdict = Literal[
 _MOST_SAMPLES = 100_000
 # Arrays of a file.
 _ARRAYS = ("estimates", "covariance", "standard_errors", "combinations", "combination_errors")
-_OF_FIT = (*_ARRAYS, "predicted", "sigma")
+_OF_FIT = (*_ARRAYS, "ranges", "predicted", "sigma")
 # Parts of a combination that are less than this part of its largest are not told.
 _LEAST_PART = 0.05
 
@@ -196,7 +197,7 @@ class Fit(Determined):
     reasons
         Sentences on which the verdict rests.
     machine
-        The system with the values found.
+        The System or Structure with the values found.
     initial
         The start with the values found.
     names
@@ -210,6 +211,8 @@ class Fit(Determined):
     combinations, combination_errors
         Combinations that stay open, one in each row, shape (j, k), and their standard errors in
         units of the sizes of the unknowns; ``undetermined`` has them by name.
+    ranges
+        Ends (low, high) of the ranges of the unknowns, shape (k, 2); infinite where there is none.
     at_bounds
         Unknowns that ended at an end of their range; their errors are those without it.
     records
@@ -249,14 +252,15 @@ class Fit(Determined):
 
     verdict: Verdict
     reasons: tuple[str, ...]
-    machine: System
-    initial: tuple[float, ...]
+    machine: Machine
+    initial: tuple[Any, ...]
     names: tuple[str, ...]
     estimates: Array
     covariance: Array
     standard_errors: Array
     combinations: Array
     combination_errors: Array
+    ranges: Array
     at_bounds: tuple[str, ...]
     records: tuple[Record, ...]
     predicted: Array
@@ -290,14 +294,15 @@ class Fit(Determined):
         return list(np.split(rows, ends))
 
     @cached_property
-    def run(self) -> Run:
+    def run(self) -> AnyRun:
         """The motion of the machine found, from its start to the end of the records.
 
         A chaotic motion of many Lyapunov times leaves the fitted one by rounding: ``predicted`` is
         that of the segments.
         """
         end = max(float(record.times[-1]) for record in self.records)
-        simulated: Run = verb("simulate")(self.machine, initial=self.initial, time=max(end, 1e-9))
+        span = {"initial": self.initial, "time": max(end, 1e-9)}
+        simulated: AnyRun = verb("simulate")(self.machine, **span)
         return simulated
 
     def summary(self) -> str:
@@ -319,7 +324,7 @@ class Fit(Determined):
         """The summary."""
         return self.summary()
 
-    def sample(self, count: int, *, seed: int = 0) -> list[System]:
+    def sample(self, count: int, *, seed: int = 0) -> list[Any]:
         """Return machines as the records leave them possible: for bands of uncertainty.
 
         Their numbers are drawn from the normal distribution of the estimate; outside of the range
@@ -350,13 +355,20 @@ class Fit(Determined):
         size, vectors = np.linalg.eigh(self.covariance)
         factor = vectors * np.sqrt(np.maximum(size, 0.0))
         drawn = self.estimates + random.standard_normal((number, len(size))) @ factor.T
-        own = [name for name in self.names if name in PARAMETERS]
+        drawn = np.clip(drawn, *self.ranges.T)
+        known = numbers_of(self.machine)
+        own = [name for name in self.names if name in known]
+        start = [name for name in self.names if name in self.machine._coordinates_by_name]
+        if len(own) + len(start) < len(self.names):
+            name = next(name for name in self.names if name not in (*own, *start))
+            raise ParameterError(
+                f"{name} is a number of the function that made the machine, which no file holds: "
+                "no machines can be drawn"
+            )
         machines = []
         for row in drawn:
             values = dict(zip(self.names, row.tolist(), strict=True))
-            ends = {name: NATURAL.get(name, (-np.inf, np.inf)) for name in own}
-            inside = {name: float(np.clip(values[name], *ends[name])) for name in own}
-            machines.append(self.machine.replace(**inside))
+            machines.append(varied(self.machine, {name: values[name] for name in own}))
         return machines
 
     def plot(self, **options: Any) -> list[Axes]:
@@ -397,7 +409,7 @@ class Fit(Determined):
             if record.sigma is not None:
                 arrays[f"sigma_{number}"] = record.sigma
         metadata = {
-            "system": self.machine.to_dict(),
+            "system": json.loads(self.machine.to_json()),
             "records": kinds,
             **{name: getattr(self, name) for name in _IN_TEXT},
         }
@@ -424,21 +436,21 @@ class Fit(Determined):
     def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
         records = []
         for number, (kind, name) in enumerate(metadata["records"]):
-            impacts = kind == "impact_times"
             records.append(
                 Record(
                     kind,
                     arrays[f"times_{number}"],
-                    None if impacts else arrays[f"values_{number}"],
+                    None if is_heard(kind) else arrays[f"values_{number}"],
                     sigma=arrays.get(f"sigma_{number}"),
                     name=name,
                 )
             )
         fields: dict[str, Any] = {name: metadata[name] for name in _IN_TEXT}
         for name in ("reasons", "initial", "names", "at_bounds", "segments"):
-            fields[name] = tuple(fields[name])
+            fields[name] = tuples(fields[name])
         fields |= {name: arrays[name] for name in _OF_FIT}
-        return cls(machine=System.from_dict(metadata["system"]), records=tuple(records), **fields)
+        machine = machine_from_dict(metadata["system"]).system
+        return cls(machine=machine, records=tuple(records), **fields)
 
     def _facts(self) -> Facts:
         facts: Facts = {"verdict": self.verdict}
@@ -465,6 +477,11 @@ _IN_TEXT = (
     "steps",
     "segments",
 )
+
+
+def tuples(given: Any) -> Any:
+    """Return lists, at any depth, as tuples."""
+    return tuple(map(tuples, given)) if isinstance(given, list) else given
 
 
 def with_error(value: float, error: float) -> str:

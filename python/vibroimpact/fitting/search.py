@@ -20,9 +20,8 @@ from .jumps import WIDTHS, jumps, widened, without_edges
 from .minimum import Found, Minimiser
 from .prediction import states_at
 from .problem import Evaluation, Point, Problem, Window
-from .record import IMPACT_TIMES, Record
+from .record import Record, is_heard
 from .statistics import determination, ljung_box
-from .unknowns import coordinates_of
 
 Array = NDArray[np.float64]
 
@@ -44,6 +43,8 @@ _MOST_ROUNDS = 4
 # Random changes of a minimum that does not fit: the mean square of its residuals in standard errors
 # is larger than the first, or they are random with less than the second probability.
 _HOPS, _FAR_TOO_LARGE, _NOT_RANDOM = 4, 2.0, 1e-8
+# The size of a coordinate is at least this part of that of the largest.
+_LEAST_SIZE = 0.05
 # A prediction agrees with a time of an impact to this part of the intervals beside it, and with a
 # value to this part of the standard deviation of all; or to so many standard errors.
 _TIME_AGREES, _VALUE_AGREES, _ERRORS_AGREE = 0.25, 0.3, 6.0
@@ -199,7 +200,7 @@ class Search(Minimiser):
     def _window(self, borders: tuple[float, ...], rows: int) -> Window:
         """Return the window of the first rows of all records together."""
         end = float(self.times[rows - 1])
-        least = 1e-3 * min(self.problem.system.drive_period, 2.0 * np.pi)
+        least = 1e-3 * self.problem.machine._usual_period
         return Window(borders, max(end, least))
 
     def _take_sizes(self, found: Evaluation) -> None:
@@ -208,7 +209,14 @@ class Search(Minimiser):
         for run in found.runs:
             times = np.linspace(run.kept_from, run.final_state.time, 200)
             rows.append(np.abs(states_at(run, times)).max(axis=0))
-        self.sizes = np.maximum(np.max(rows, axis=0), 0.05)
+        found_sizes = np.max(rows, axis=0)
+        names = self.problem.machine._coordinates_by_name
+        for kind in "xqv":  # coordinates, and velocities, have units in common
+            mine = [place for place, name in enumerate(names) if name[0] == kind]
+            if mine:
+                most = float(found_sizes[mine].max()) or 1.0
+                found_sizes[mine] = np.maximum(found_sizes[mine], _LEAST_SIZE * most)
+        self.sizes = found_sizes
 
     # How far a prediction agrees.
 
@@ -235,7 +243,7 @@ class Search(Minimiser):
             times = _within_flights(run, window.end - begin)
             if not len(times):
                 break
-            names = coordinates_of(self.problem.system)
+            names = self.problem.machine._coordinates_by_name
             try:
                 moved = run.sensitivity(*names).trajectory(times)
             except SimulationError:
@@ -256,7 +264,7 @@ def _disagreement(record: Record, sigma: Array, residuals: Array) -> int | None:
     """Return the first row that a prediction misses by much; None if there is none."""
     count = len(residuals)
     size = np.abs(residuals)
-    if record.kind == IMPACT_TIMES:
+    if is_heard(record.kind):
         beside = intervals(record.times)[:count]
         bad = size > np.maximum(_TIME_AGREES * beside, _ERRORS_AGREE * sigma[:count])
         found = np.flatnonzero(bad)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .minimum import Found
-from .record import IMPACT_TIMES, Record
+from .record import Record, is_heard
 from .search import Search
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ def first_sigmas(records: Sequence[Record]) -> list[Array]:
         if record.sigma is not None:
             found.append(np.array(record.sigma))
             continue
-        if record.kind == IMPACT_TIMES:
+        if is_heard(record.kind):
             size = _OF_INTERVAL * float(np.median(np.diff(record.times, prepend=0.0)))
         else:
             size = _OF_SPREAD * float(np.std(record.values))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,16 +12,14 @@ from numpy.typing import NDArray
 from ..arguments import in_short, number, pair, reject
 from ..errors import ParameterError
 from ..hints import close_to
-from ..system import System
-from .ranges import NATURAL
+from ..machine import Machine
+from ..made import Made, numbers_of, value_of, varied
+from .ranges import natural_range
 
 Array = NDArray[np.float64]
 
 START = "start"
 """The word that stands for all coordinates of the start."""
-
-# The size of a number that is near 0, in whose units it is scaled.
-_LEAST_SIZE = 0.1
 
 
 @dataclass(frozen=True)
@@ -50,10 +47,10 @@ class Unknowns:
     high: Array
     scales: Array
 
-    def machine_of(self, system: System, values: Array) -> System:
+    def machine_of(self, machine: Machine, values: Array) -> Any:
         """Return the machine with these values."""
         numbers = values[: self.machine].tolist()
-        return system.replace(**dict(zip(self.names[: self.machine], numbers, strict=True)))
+        return varied(machine, dict(zip(self.names[: self.machine], numbers, strict=True)))
 
     def start_of(self, initial: Array, values: Array) -> Array:
         """Return the start with these values."""
@@ -61,18 +58,13 @@ class Unknowns:
         start[list(self.coordinates)] = values[self.machine :]
         return start
 
-    def values_of(self, system: System, initial: Array) -> Array:
+    def values_of(self, machine: Any, initial: Array) -> Array:
         """Return the values that a machine and its start have."""
-        numbers = [float(getattr(system, name)) for name in self.names[: self.machine]]
+        numbers = [value_of(machine, name) for name in self.names[: self.machine]]
         return np.array([*numbers, *initial[list(self.coordinates)]])
 
 
-def coordinates_of(system: System) -> tuple[str, ...]:
-    """Return the names of the coordinates of a start."""
-    return ("x1", "v1", "x2", "v2")
-
-
-def unknowns_of(given: Any, system: System, initial: Array) -> Unknowns:
+def unknowns_of(given: Any, machine: Any, initial: Array) -> Unknowns:
     """Check names, or names with their ranges; ``initial`` is the flat start.
 
     Raises
@@ -81,10 +73,10 @@ def unknowns_of(given: Any, system: System, initial: Array) -> Unknowns:
         For a name that is none, one that stands twice, and a range that is none or leaves out the
         value from which the search starts.
     """
-    numbers, coordinates = system._numbers_by_name, coordinates_of(system)
-    known = f"{', '.join((*numbers, *coordinates))}, or {START!r} for all of the start"
+    numbers, coordinates = numbers_of(machine), machine._coordinates_by_name
+    known = known_of(machine)
     ranges: dict[str, tuple[float, float]] = {}
-    for name, limits in _named(given, known):
+    for name, limits in named(given, known):
         many = coordinates if name == START else (name,)
         for each in many:
             if each not in numbers and each not in coordinates:
@@ -92,20 +84,18 @@ def unknowns_of(given: Any, system: System, initial: Array) -> Unknowns:
                 raise ParameterError(f"unknown = {each!r} is not allowed{hint} allowed: {known}")
             if each in ranges:
                 reject("unknown", each, "each name once")
-            low, high = NATURAL.get(each, (-math.inf, math.inf))
+            low, high = natural_range(machine, each)
             if limits is not None:
                 low, high = _range(each, limits, low, high)
             ranges[each] = (low, high)
     if not ranges:
         reject("unknown", given, f"at least one of {known}")
-    if "friction" in ranges and system.contact == "direct":
-        reject("unknown", "friction", "none of contact='direct', which has no friction")
     own = [name for name in ranges if name in numbers]
     start = [name for name in ranges if name in coordinates]
     names = (*own, *start)
     places = tuple(coordinates.index(name) for name in start)
     low, high = np.array([ranges[name] for name in names]).T
-    values = np.array([*(getattr(system, name) for name in own), *initial[list(places)]])
+    values = np.array([*(value_of(machine, name) for name in own), *initial[list(places)]])
     outside = np.flatnonzero((values < low) | (values > high))
     if len(outside):
         k = int(outside[0])
@@ -113,13 +103,28 @@ def unknowns_of(given: Any, system: System, initial: Array) -> Unknowns:
             f"{names[k]} = {values[k].item()!r}, from which the search starts, is not allowed; "
             f"allowed: a number in its range, ({low[k]}, {high[k]})"
         )
-    sizes = np.maximum(np.abs(values), _LEAST_SIZE)
+    sizes = np.abs(values)
+    for k, name in enumerate(names):
+        if not isinstance(machine, Made) or name in coordinates:
+            sizes[k] = max(sizes[k], machine._least_size(name, initial))
     finite = np.isfinite(high - low)
-    sizes = np.where(finite, np.minimum(sizes, np.where(finite, high - low, 1.0)), sizes)
+    width = np.where(finite, high - low, np.inf)
+    # Of a number of a function that is 0 nothing but its range tells the size.
+    sizes = np.where(sizes > 0.0, np.minimum(sizes, width), width)
+    if not np.isfinite(sizes).all():
+        k = int(np.flatnonzero(~np.isfinite(sizes))[0])
+        reject(f"unknown[{names[k]!r}]", None, "(low, high) for a number whose first guess is 0")
     return Unknowns(names, len(own), places, low, high, sizes)
 
 
-def _named(given: Any, known: str) -> list[tuple[str, Any]]:
+def known_of(machine: Machine) -> str:
+    """Return in words what can be unknown."""
+    coordinates = ", ".join(machine._coordinates_by_name)
+    own = ", ".join(machine._numbers) if isinstance(machine, Made) else machine._numbers_in_words
+    return f"{own}, {coordinates}, or {START!r} for all of the start"
+
+
+def named(given: Any, known: str) -> list[tuple[str, Any]]:
     """Return names with their ranges, None where none is given."""
     allowed = f"a list of names, or a mapping from names to (low, high); names: {known}"
     if isinstance(given, str):

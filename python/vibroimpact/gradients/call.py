@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,13 +17,15 @@ from ..hints import close_to
 from ..interruption import interruptible
 from ..machine import Machine
 from ..machine_kinds import is_maker, need_system
-from ..made import MadeSystem, by_own_numbers, check_names, varied
+from ..made import basis_of, check_names, machine_made, varied
 from ..simulation import simulate
-from ..system import COORDINATES
 from .duals import Dual, constant
 from .quantities import Quantities
 
 Array = NDArray[np.float64]
+
+# Coordinates of a start beside the numbers of a function that makes the machine.
+_COORDINATE = re.compile(r"[xv][12]|[qv]_[0-9]{1,6}")
 
 
 @interruptible
@@ -112,13 +116,11 @@ def gradient(
         max_events=max_events,
         chatter_tolerance=chatter_tolerance,
     )
-    own, derivatives = by_own_numbers(machine, numbers)
-    chain = np.zeros((len(own) + len(coordinates), len(numbers) + len(coordinates)))
-    chain[: len(own), : len(numbers)] = derivatives
-    chain[len(own) :, len(numbers) :] = np.eye(len(coordinates))
+    basis = basis_of(machine, numbers).with_coordinates(coordinates)
     # In the order of the names.
     order = [[*numbers, *coordinates].index(name) for name in _listed(names)]
-    quantities = Quantities(run, [*own, *coordinates], chain[:, order], periods is not None)
+    basis = replace(basis, chain=basis.chain[:, order])
+    quantities = Quantities(run, machine, _listed(names), basis, periods is not None)
     found = function(quantities)
     if isinstance(found, list | tuple):
         each = [one if isinstance(one, Dual) else constant(one, len(order)) for one in found]
@@ -168,14 +170,17 @@ def _given(system: Any, names: Any, initial: Any) -> tuple[Any, Array, list[str]
 def _made(
     function: Any, values: Mapping[str, Any], initial: Any
 ) -> tuple[Any, Array, list[str], list[str]]:
-    coordinates = [name for name in values if name in COORDINATES]
+    coordinates = [name for name in values if _COORDINATE.fullmatch(name)]
     numbers = {name: value for name, value in values.items() if name not in coordinates}
     check_names(function, [*numbers])
     for name, value in numbers.items():
         if value is None:
             reject("names", [*values], f"a mapping from names to values, for the function: {name}")
     sizes = {name: abs(value) or 1.0 for name, value in numbers.items()}
-    machine = MadeSystem.of(function, numbers, sizes)
+    machine = machine_made(function, numbers, sizes)
+    for name in coordinates:
+        if name not in machine._coordinates_by_name:
+            reject("names", name, f"coordinates {', '.join(machine._coordinates_by_name)}")
     return machine, _started(machine, values, initial), [*numbers], coordinates
 
 

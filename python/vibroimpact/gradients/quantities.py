@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import reject
+from ..by_numbers import Basis
 from ..errors import ParameterError
-from ..made import value_of
+from ..made import Made, value_of
 from ..sensitivity import OneSided
+from ..stop import is_of_stops
 from ..tables import EventKind
 from .duals import Dual, constant
 from .duals import value_of as plain
@@ -26,25 +28,30 @@ _NODES, _PANELS, _AT_ONCE = 8, 4.0, 20_000
 class Numbers:
     """The machine of a run: its numbers, and its drive period, by name."""
 
-    def __init__(self, machine: Any, names: Sequence[str], chain: Array) -> None:
+    def __init__(self, machine: Any, basis: Basis, numbers: Mapping[str, int]) -> None:
+        """``numbers`` has the places of the numbers of a function that made the machine."""
         self._machine = machine
-        self._names = names
-        self._chain = chain
+        self._basis = basis
+        self._numbers = numbers
 
     def __getattr__(self, name: str) -> Any:
-        """Return a number with its derivatives."""
-        machine = self._machine
+        """Return a number, or a matrix of a structure, with its derivatives."""
+        machine, chain = self._machine, self._basis.chain
         if name == "drive_period":
             return 2.0 * np.pi / self.drive_frequency
-        if name in machine._numbers_by_name:
-            value = value_of(machine, name)
-            if name in self._names:
-                return Dual(value, self._chain[self._names.index(name)])
-            return constant(value, self._chain.shape[1])
         if name in ("contact", "law"):
             return getattr(machine, name)
-        allowed = f"allowed: {machine._numbers_in_words}, drive_period"
-        raise AttributeError(f"{name} has no derivatives; {allowed}")
+        if name in self._numbers:
+            slope = np.zeros(chain.shape[1])
+            slope[self._numbers[name]] = 1.0
+            return Dual(value_of(machine, name), slope)
+        if name not in machine._numbers_by_name:
+            allowed = f"allowed: {machine._numbers_in_words}, drive_period"
+            raise AttributeError(f"{name} has no derivatives; {allowed}")
+        of_all = name.rpartition("_")[0] if is_of_stops(name) else ""
+        moved = [float(own in (name, of_all)) for own in self._basis.names]
+        moved += [each.get(name, 0.0) for each in self._basis.directions.values()]
+        return Dual(value_of(machine, name), np.array(moved) @ chain)
 
 
 class Rows:
@@ -99,28 +106,34 @@ class Quantities:
         Its start.
     """
 
-    def __init__(self, run: Any, names: Sequence[str], chain: Array, in_periods: bool) -> None:
-        """``chain`` is the derivative of what ``names`` names by the k things, (names, k)."""
-        machine = run.system
+    def __init__(
+        self, run: Any, machine: Any, names: Sequence[str], basis: Basis, in_periods: bool
+    ) -> None:
+        """``names`` are those of the k things, ``in_periods`` whether its length is so many."""
         self.run = run
-        self._names = names
-        self._chain = chain
+        self._basis = basis
         self._in_periods = in_periods
-        self._sensitivity = run.sensitivity(*names)
-        self.system = Numbers(machine, names, chain)
-        coordinates = machine._coordinates_by_name
-        moved = np.zeros((len(coordinates), chain.shape[1]))
-        for row, name in zip(chain, names, strict=True):
-            if name in coordinates:
-                moved[coordinates.index(name)] = row
+        self._sensitivity = basis.of(run)
+        made = machine._numbers if isinstance(machine, Made) else {}
+        places = {name: place for place, name in enumerate(names) if name in made}
+        self.system = Numbers(machine, basis, places)
+        moved = np.zeros((np.size(run.initial), len(names)))
+        coordinates = run.system._coordinates_by_name
+        for place, name in enumerate(names):
+            if name in coordinates and name not in places:
+                moved[coordinates.index(name), place] = 1.0
         self.initial = self._dual(run.initial, moved)
 
     def _dual(self, value: Any, slope: Array) -> Dual:
         array = np.asarray(value, dtype=np.float64)
         return Dual(array, slope.reshape(*array.shape, slope.shape[-1]))
 
+    @property
+    def _count(self) -> int:
+        return int(self._basis.chain.shape[1])
+
     def _chained(self, value: Any, moved: Array) -> Dual:
-        return self._dual(value, moved @ self._chain)
+        return self._dual(value, moved @ self._basis.chain)
 
     @property
     def label(self) -> str:
@@ -155,7 +168,7 @@ class Quantities:
         """The state at the end."""
         run, found = self.run, self._sensitivity
         self._need_whole("final_state")
-        moves = self._in_periods and "drive_frequency" in self._names
+        moves = self._in_periods and self._basis.frequency.any()
         if moves and not np.array_equal(np.ravel(run.stroboscopic[-1:]), np.ravel(_state(run))):
             raise ParameterError(
                 "with drive_frequency the end of a run over so many periods moves, and it is no "
@@ -166,16 +179,15 @@ class Quantities:
         return End(
             run.system._coordinates_by_name,
             self._chained(_state(run), state),
-            constant(run.final_state.time, self._chain.shape[1]) if time is None else time,
+            constant(run.final_state.time, self._count) if time is None else time,
         )
 
     def _period_moves(self, time: float) -> Dual:
         """Return a time that is so many periods."""
-        slope = np.zeros(self._chain.shape[1])
-        if "drive_frequency" in self._names:
-            frequency = self.run.system.drive_frequency
-            slope = -time / frequency * self._chain[self._names.index("drive_frequency")]
-        return Dual(time, slope)
+        rates = self._basis.frequency
+        if not rates.any():
+            return constant(time, self._count)
+        return Dual(time, -time / self.run.system.drive_frequency * rates)
 
     def trajectory(self, t: Any) -> Dual:
         """Return the states at fixed times ``t``, as ``trajectory`` of a run does."""
@@ -204,7 +216,7 @@ class Quantities:
         first, last = run.kept_from, run.final_state.time
         events = np.asarray(run.events["time"])
         edges = np.unique(np.clip([first, *events, last], first, last))
-        total = constant(0.0, self._chain.shape[1])
+        total = constant(0.0, self._count)
         for times, weights in _panels(edges, 2.0 * np.pi / (_PANELS * run.system._fastest)):
             total = total + (self._rates(rate, times, self.trajectory(times)) * weights).sum()
         # What an instant that moves takes from one side and gives to the other.
@@ -229,7 +241,7 @@ class Quantities:
         rates = rate(times, states)
         if np.shape(plain(rates)) != times.shape:
             reject("rate", plain(rates), f"a function that returns {len(times)} numbers here")
-        return rates if isinstance(rates, Dual) else constant(rates, self._chain.shape[1])
+        return rates if isinstance(rates, Dual) else constant(rates, self._count)
 
     def _need_whole(self, what: str) -> None:
         if self.run.stop_reason not in ("completed", "rest"):

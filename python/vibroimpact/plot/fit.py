@@ -9,18 +9,10 @@ from matplotlib.axes import Axes
 
 from ..arguments import count, naming
 from ..fitting import Fit
+from ..fitting.record import is_heard
 from .given import expected
 from .style import BLACK, BLUE, GREY, VERMILLION, curve_legend, several_axes
 
-# Symbols of what was measured.
-_SYMBOLS = {
-    "x1": "$x_1$",
-    "v1": "$x_1'$",
-    "a1": "$x_1''$",
-    "x2": "$x_2$",
-    "v2": "$x_2'$",
-    "a2": "$x_2''$",
-}
 # Beyond so many standard errors a residual is marked.
 _FAR = 4.0
 
@@ -76,12 +68,12 @@ def fit(
     residuals, sigma = result.residuals[number], result.sigmas[number]
     predicted = mine.values - residuals
     top, bottom = several_axes(axes, 2, (7.1, 4.2), mosaic=[[0], [0], [1]])
-    if mine.kind == "impact_times":
+    if is_heard(mine.kind):
         measured, expected_ = (np.diff(times, prepend=0.0) for times in (mine.values, predicted))
         name, style = "interval", "_"
     else:
         measured, expected_ = mine.values, predicted
-        name, style = _SYMBOLS.get(mine.kind, mine.kind), ""
+        name, style = _symbol(mine.kind), ""
     top.plot(mine.times, measured, ".", color=GREY, ms=4.0, label="measured")
     if style:
         top.plot(mine.times, expected_, style, color=BLUE, ms=9.0, mew=1.2, label="fitted machine")
@@ -101,3 +93,10 @@ def fit(
     bottom.set_xlim(top.get_xlim())
     curve_legend(top, legend)
     return [top, bottom]
+
+
+def _symbol(kind: str) -> str:
+    """Return the symbol of what was measured: a coordinate, its rate, or its acceleration."""
+    letter, place = ("q", kind[2:]) if "_" in kind else ("x", kind[1:])
+    dots = {"v": r"\dot ", "a": r"\ddot "}.get(kind[0], "")
+    return f"${dots}{letter}_{{{place}}}$"
