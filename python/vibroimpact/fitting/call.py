@@ -38,6 +38,10 @@ _LONGEST = 20_000
 _MOST_ROUNDS, _STEADY = 6, 0.01
 # Part of a period of a run that only looks whether there can be one.
 _MOMENT = 1e-9
+# Parts of the ranges or sizes in which starts of the search are drawn, one after another.
+_PARTS = (1.0, 0.1, 0.3, 0.02)
+# A fit whose residuals are so improbable is one if no other start of the search gives a better one.
+_DOUBTFUL = 0.05
 _RANGE = "(low, high), two numbers with low < high"
 # Starts of the search at most.
 _MOST_STARTS = 1000
@@ -135,12 +139,16 @@ def fit(
     given = unknowns.values_of(machine, start)
     best: Fit | None = None
     try:
-        for number in range(starts):
-            values = given if number == 0 else _drawn(unknowns, given, random)
+        for turn in range(starts):
+            # Near the best one, and near the first guesses, in turn: a search often ends beside
+            # the right minimum, at the border of another sequence of impacts.
+            around = given if turn % 2 == 0 or best is None else best.estimates
+            part = _PARTS[turn % len(_PARTS)]
+            values = given if turn == 0 else _drawn(unknowns, around, part, random)
             found = _fitted(problem, values, loss)
             if best is None or _is_better(found, best):
                 best = found
-            if found.verdict in ("fits", "not identifiable"):
+            if found.verdict in ("fits", "not identifiable") and not _is_doubtful(found):
                 break
     except (Interrupted, KeyboardInterrupt) as stopped:
         held = "nothing" if best is None else "the best fit so far"
@@ -295,13 +303,13 @@ def _check_records(records: list[Record], system: Machine) -> None:
             )
 
 
-def _drawn(unknowns: Unknowns, given: Array, random: np.random.Generator) -> Array:
-    """Return random values to start from: in the ranges, or as far from the guesses as they are."""
-    low = np.where(np.isfinite(unknowns.low), unknowns.low, -np.inf)
+def _drawn(unknowns: Unknowns, around: Array, part: float, random: np.random.Generator) -> Array:
+    """Return random values to start from: in part of the ranges, or of the sizes, around some."""
     finite = np.isfinite(unknowns.low) & np.isfinite(unknowns.high)
-    near_low = np.where(finite, low, np.maximum(given - unknowns.scales, low))
-    near_high = np.where(finite, unknowns.high, np.minimum(given + unknowns.scales, unknowns.high))
-    return near_low + (near_high - near_low) * random.random(len(given))
+    width = part * np.where(finite, unknowns.high - unknowns.low, 2.0 * unknowns.scales)
+    drawn: Array = around + width * (random.random(len(around)) - 0.5)
+    inside: Array = np.clip(drawn, unknowns.low, unknowns.high)
+    return inside
 
 
 def _fitted(problem: Problem, values: Array, loss: str) -> Fit:
@@ -332,6 +340,11 @@ def _is_better(one: Fit, other: Fit) -> bool:
     if first != second:
         return first < second
     return _misfit(one) < _misfit(other)
+
+
+def _is_doubtful(found: Fit) -> bool:
+    """Whether residuals are so large that another minimum may be the right one."""
+    return found.probability is not None and found.probability < _DOUBTFUL
 
 
 def _misfit(found: Fit) -> float:

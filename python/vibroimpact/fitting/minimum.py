@@ -17,14 +17,14 @@ from ..errors import SimulationError
 from .jumps import eliminated
 from .problem import Evaluation, Point, Problem, Window
 from .statistics import costs, weights
-from .steps import Linear, multipliers, null_space, step
+from .steps import Linear, correction, multipliers, null_space, step
 
 Array = NDArray[np.float64]
 
 # Damping: first, least, and where the search gives up.
 _FIRST, _LEAST, _MOST = 1e-3, 1e-12, 1e12
-# A step is good if the cost falls by this part of what was predicted.
-_GOOD = 1e-3
+# A step is good if the cost falls by this part of what was predicted, poor below the second.
+_GOOD, _POOR = 1e-3, 0.75
 # The search ends where a step would lower the sum of squares by less than this part of the variance
 # of a row (values are then right to 1e-3 of their standard errors), or by rounding.
 _CONVERGED, _ROUNDING = 1e-6, 1e-24
@@ -127,13 +127,20 @@ class Minimiser:
                     break
                 damping *= 0.01  # a damped step that is small shows nothing
                 continue
-            trial = self.moved(point, taken * scales)
-            there = self.problem.evaluate(trial, window)
+            merit = cost + penalty * breach
+            trial, there, other = self._tried(point, window, taken * scales)
             gain = -1.0
             if there is not None and fall > 0.0:
-                other = self.cost(there)
-                now = float(np.abs(self._defects(there)).sum())
-                gain = (cost + penalty * breach - other - penalty * now) / fall
+                gain = (merit - other - penalty * self._breach(there)) / fall
+                if gain < _POOR and len(linear.defects):
+                    # The gaps are not linear: a step back to where they close (Nocedal, Wright,
+                    # section 15.6), without which the penalty refuses good steps.
+                    back = taken + correction(linear, self._defects(there))
+                    again = self._tried(point, window, np.clip(back, low, high) * scales)
+                    if again[1] is not None:
+                        better = (merit - again[2] - penalty * self._breach(again[1])) / fall
+                        if better > gain:
+                            gain, (trial, there, other) = better, again
             if gain > _GOOD:
                 assert there is not None
                 point, found, cost = trial, there, other
@@ -146,6 +153,18 @@ class Minimiser:
                 if damping > _MOST or (converged and damping > _FIRST):
                     break
         return Found(point, window, found, cost, final, converged, self.steps)
+
+    def _tried(
+        self, point: Point, window: Window, change: Array
+    ) -> tuple[Point, Evaluation | None, float]:
+        """Return a point after a change, its residuals if there are some, and their cost."""
+        trial = self.moved(point, change)
+        there = self.problem.evaluate(trial, window)
+        return trial, there, np.inf if there is None else self.cost(there)
+
+    def _breach(self, found: Evaluation) -> float:
+        """Return the sum of the gaps between segments."""
+        return float(np.abs(self._defects(found)).sum())
 
     def kicked(self, found: Found, random: np.random.Generator) -> Point | None:
         """Return the best of some random points around a minimum; None where there is none.

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 _MOST_EXTENSIONS = 3
 # A run ends a little after the last instant that it is asked for.
 _BEYOND = 1.0 + 1e-6
+# Standard errors that two impacts are apart at least where one is not taken for the other.
+_ERRORS = 6.0
 # Events of a run: so many for each row of a record, and so many more.
 _EVENTS_PER_ROW, _MORE_EVENTS = 20, 20_000
 
@@ -232,7 +234,7 @@ class Problem:
         could = heard_in(run, record.kind)
         found = aligned(
             record.times[rows],
-            intervals(record.times)[rows],
+            _reach(record)[rows],
             begin + np.asarray(run.impacts["time"])[could],
             np.asarray(run.impacts["approach_velocity"])[could],
         )
@@ -264,6 +266,15 @@ class Problem:
                 break
             whole += max(more, 0.5 * whole)
         return run
+
+
+def _reach(record: Record) -> Array:
+    """Return how far a time may be off for its impact to be taken for another one.
+
+    It is the interval beside it, but for impacts so near to each other that errors are larger.
+    """
+    beside = intervals(record.times)
+    return beside if record.sigma is None else np.maximum(beside, _ERRORS * record.sigma)
 
 
 # Impacts of a record that hears none.

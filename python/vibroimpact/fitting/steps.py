@@ -85,6 +85,13 @@ def _free_step(
     return found
 
 
+def correction(linear: Linear, defects: Array) -> Array:
+    """Return the shortest change that closes gaps, to first order."""
+    ranged, triangle, _ = null_space(linear.constraint)
+    found: Array = -ranged @ np.linalg.lstsq(triangle.T, defects, rcond=None)[0]
+    return found
+
+
 def multipliers(linear: Linear, taken: Array) -> Array:
     """Return the Lagrange multipliers of the constraints after a step."""
     if not len(linear.defects):
