@@ -7,6 +7,7 @@ with those of the function.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .machine import Machine
+
+# A number of one stop, which may vary with that of all.
+_OF_STOP = re.compile(r"(gap|restitution|friction)_[0-9]+")
 
 
 def direction_of(name: str) -> str:
@@ -44,12 +48,22 @@ class Basis:
         """Return the sensitivity of a run; its last axis times the chain is that by the numbers."""
         return run.sensitivity(*self.names, **self.directions)
 
+    def slopes(self, field: str, shape: tuple[int, ...] = ()) -> NDArray[np.float64]:
+        """Return the derivatives of a field by what the run is differentiated by, (*shape, own).
+
+        That of a stop, as ``gap_0``, also changes with that of all stops.
+        """
+        of_all = _OF_STOP.sub(r"\1", field)
+        none = np.zeros(shape)
+        entries = [none + float(name in (field, of_all)) for name in self.names]
+        for direction in self.directions.values():
+            entries.append(none + direction.get(field, direction.get(of_all, 0.0)))
+        return np.stack(entries, axis=-1) if entries else np.zeros((*shape, 0))
+
     @property
     def frequency(self) -> NDArray[np.float64]:
         """The derivatives of the drive frequency by the k numbers."""
-        entries = [float(name == "drive_frequency") for name in self.names]
-        entries += [each.get("drive_frequency", 0.0) for each in self.directions.values()]
-        found: NDArray[np.float64] = np.array(entries) @ self.chain
+        found: NDArray[np.float64] = self.slopes("drive_frequency") @ self.chain
         return found
 
     def with_coordinates(self, coordinates: Sequence[str]) -> Basis:

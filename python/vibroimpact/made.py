@@ -10,6 +10,7 @@ function.
 
 import inspect
 import math
+import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, Self
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from ._core import PARAMETERS
 from .arguments import in_short, reject, state, states, swept, unknown
 from .by_numbers import Basis as Basis
+from .by_numbers import direction_of
 from .by_value import leaves
 from .errors import ParameterError, StateError
 from .machine import Machine
@@ -28,6 +30,7 @@ from .physical import QUANTITIES
 from .scales import in_si, needed
 from .stop import is_of_stops, value_of_stops
 from .structure import Structure
+from .structure_directions import slopes_of_function
 from .system import COORDINATES, System
 
 Maker = Callable[..., System]
@@ -40,6 +43,10 @@ _SCALING = {"length", "oscillator_mass", "stiffness"}
 _STEP = 6e-6
 # The scale of a number is at least this part of its range.
 _LEAST_SCALE = 0.1
+# Coordinates beside the numbers of a function that makes a machine.
+_COORDINATE = re.compile(r"[xv][12]|[qv]_[0-9]{1,6}")
+# The direction of a number on which a structure does not depend.
+_NONE = {"phase": 0.0}
 # A start may differ so much from the system that the function makes for it.
 _SAME = 1e-9
 
@@ -106,8 +113,15 @@ def _own_names(function: Callable[..., Any]) -> tuple[list[str], list[str], bool
     return known, required, any_name
 
 
-def check_names(function: Callable[..., Any], names: Sequence[str], what: str = "system") -> None:
-    """Refuse names that a function does not take, and a function that needs more.
+def is_coordinate(name: str) -> bool:
+    """Whether a name is that of a coordinate of a start, whichever the machine is."""
+    return _COORDINATE.fullmatch(name) is not None
+
+
+def check_names(
+    function: Callable[..., Any], names: Sequence[str], what: str = "system", *, least: bool = True
+) -> None:
+    """Refuse names that a function does not take, and with ``least`` one that needs more.
 
     Raises
     ------
@@ -120,7 +134,7 @@ def check_names(function: Callable[..., Any], names: Sequence[str], what: str = 
         if name not in known and not any_name:
             raise unknown(name, known, f"it takes {own}", of=f" of the function {what}")
     missing = [name for name in required if name not in names]
-    if missing:
+    if missing and least:
         raise ParameterError(
             f"the function {what} takes {own}; no values are given for {', '.join(missing)}"
         )
@@ -332,7 +346,15 @@ class MadeStructure(Made, Structure):
 
     def basis(self, names: Sequence[str]) -> Basis:
         """Return the directions in which the structure changes with some numbers."""
-        raise ParameterError("numbers of a function that makes a structure: not yet")
+        directions = {}
+        for name in names:
+
+            def at(value: float, name: str = name) -> Any:
+                return called(self._function, self._numbers | {name: value})
+
+            slopes = slopes_of_function(self, name, (at, self._numbers[name]))
+            directions[direction_of(name)] = slopes or _NONE
+        return Basis([], directions, np.eye(len(names)))
 
 
 def machine_made(

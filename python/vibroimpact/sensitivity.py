@@ -213,48 +213,6 @@ class Sensitivity(Shown):
         rows = self._core.trajectory(times)
         return rows[0] if single else rows
 
-    def _of_columns(self) -> dict[str, NDArray[np.float64]]:
-        """Return the derivatives of columns of ``run.impacts`` by their names, (n, k)."""
-        impacts, system = self._run.impacts, self._run.system
-        time, before, after = self.impacts
-        found = {"time": time}
-        for place, name in enumerate(("x1", "v1_pre", "x2", "v2_pre")):
-            found[name] = before[:, place]
-        found |= {"v1_post": after[:, 1], "v2_post": after[:, 3]}
-        x1, v1 = (np.asarray(impacts[name])[:, None] for name in ("x1", "v1_pre"))
-        curvature = -system.tip(x1) if system.contact == "oblique" else 0.0
-        turned = curvature * v1 * found["x1"]
-        found["approach_velocity"] = turned + system.slope(x1) * found["v1_pre"] - found["v2_pre"]
-        if not (system.is_wall and "mass_ratio" in self._names):
-            found["energy_loss"] = self._of_energies(found)
-        return found
-
-    def _of_energies(self, moved: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
-        """Return the derivatives of the energies lost in impacts, (n, k)."""
-        impacts, ratio = self._run.impacts, self._run.system.mass_ratio
-        lost = np.zeros_like(moved["time"])
-        for side, sign in (("pre", 1.0), ("post", -1.0)):
-            v1, v2 = (np.asarray(impacts[f"{name}_{side}"])[:, None] for name in ("v1", "v2"))
-            lost += sign * v1 * moved[f"v1_{side}"]
-            if ratio > 0.0:  # a wall has no energy
-                lost += sign * v2 * moved[f"v2_{side}"] / ratio
-                if "mass_ratio" in self._names:
-                    lost[:, self._names.index("mass_ratio")] -= (sign * v2**2 / (2.0 * ratio**2))[
-                        :, 0
-                    ]
-        return lost
-
-    def _beside_impacts(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the states just before and just after the impacts, as rows of a trajectory."""
-        impacts = self._run.impacts
-        before, after = (
-            np.column_stack(
-                [impacts["x1"], impacts[f"v1_{side}"], impacts["x2"], impacts[f"v2_{side}"]]
-            )
-            for side in ("pre", "post")
-        )
-        return before, after
-
     def _facts(self) -> Facts:
         return {
             "by": ", ".join(self._names),

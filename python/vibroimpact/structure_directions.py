@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, Final
 
 import numpy as np
@@ -58,7 +59,10 @@ def directions(structure: Structure, names: tuple[Any, ...], given: Mapping[str,
         by.append((name, _named_in_modes(structure, name)))
     for name, direction in given.items():
         if callable(direction) or (isinstance(direction, tuple) and len(direction) == 2):
-            by.append((name, _of_function(structure, name, direction)))
+            slopes = slopes_of_function(structure, name, direction)
+            if not slopes:
+                raise ParameterError(f"{name}: the structure does not depend on it")
+            by.append((name, _fields(structure, name, slopes)))
         else:
             by.append((name, _fields(structure, name, direction)))
     return by
@@ -142,8 +146,11 @@ def _symmetric(name: str, given: Array) -> Array:
     return given
 
 
-def _of_function(structure: Structure, name: str, given: Any) -> dict[str, Any]:
-    """Return the derivatives of the fields that a function makes of one number, there."""
+def slopes_of_function(structure: Structure, name: str, given: Any) -> dict[str, Any]:
+    """Return the derivatives of the fields that a function makes of one number, there.
+
+    By differences of fourth order; beyond an end of what is allowed from one side.
+    """
     if not isinstance(given, tuple):
         reject(name, given, "a pair (function, number): where it is to be differentiated, too")
     function, value = given
@@ -160,11 +167,12 @@ def _of_function(structure: Structure, name: str, given: Any) -> dict[str, Any]:
         if not alike or np.abs(there - entries).max(initial=0.0) > _SAME * (size or 1.0):
             at = f"at {name} = {value!r} the function makes another structure than the run has: "
             raise ParameterError(f"{at}it differs in {field}")
-    rows = [_leaves(_made(function, name, value + k * step)) for k in (-2.0, -1.0, 1.0, 2.0)]
+    rows = _differences(lambda k: _leaves(_made(function, name, value + k * step)))
     direction: dict[str, Any] = {}
     for field in own:
-        far_below, below, above, far_above = (row[field] for row in rows)
-        slope = (8.0 * (above - below) - (far_above - far_below)) / (12.0 * step)
+        # Of what does not change all differences are 0.
+        moved = [weight * (row[field] - here[field]) for weight, row in rows]
+        slope = np.sum(moved, axis=0) / (12.0 * step)
         if slope.any():
             direction[field] = slope
     for fixed in [field for field in direction if field.startswith("stops:")]:
@@ -175,9 +183,21 @@ def _of_function(structure: Structure, name: str, given: Any) -> dict[str, Any]:
         slopes = direction.pop("stops")
         for place, row in enumerate(slopes):
             direction |= {f"{f}_{place}": x for f, x in zip(_OF_STOPS, row, strict=True) if x}
-    if not direction:
-        raise ParameterError(f"{name}: the structure does not depend on it")
-    return _fields(structure, name, direction)
+    return direction
+
+
+# Steps and weights of differences of fourth order, over 12 steps: central, and of either side.
+_CENTRAL: Final = ((-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0))
+_FORWARD: Final = ((1.0, 48.0), (2.0, -36.0), (3.0, 16.0), (4.0, -3.0))
+_BACKWARD: Final = tuple((-k, -weight) for k, weight in _FORWARD)
+
+
+def _differences(at: Callable[[float], Any]) -> list[tuple[float, Any]]:
+    """Return weights and what a function makes so many steps away, on both sides if it can."""
+    for rule in (_CENTRAL, _FORWARD):
+        with suppress(ParameterError):
+            return [(weight, at(k)) for k, weight in rule]
+    return [(weight, at(k)) for k, weight in _BACKWARD]
 
 
 def _made(function: Callable[[float], Any], name: str, value: float) -> Structure:

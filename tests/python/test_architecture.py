@@ -60,6 +60,7 @@ FIRST = [
     "modal_basis",
     "structure_fields",
     "structure",
+    "structure_directions",
     "made",
 ]
 PYTHON = [

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from struck import BEAM, PRESSED, REST
+from struck import BEAM, MOVING, PRESSED, REST
 
 # Three masses on springs between two walls; the third meets a stop, the first another one.
 MASSES = vi.Structure(
@@ -84,3 +84,111 @@ def test_a_beam_whose_modes_its_points_do_not_tell_has_no_accelerations():
     vi.measure(run, "q_0", sampling=0.1)
     with pytest.raises(vi.StateError, match=r"^1 coordinates do not determine 2 modes"):
         vi.measure(run, "a_0", sampling=0.1)
+
+
+def chain(k=1.0, r=0.7, gap=0.3) -> vi.Structure:
+    """The same with a spring between the first two, and the stop of the third."""
+    return vi.Structure(
+        np.diag([1.0, 2.0, 1.5]),
+        [[2.0 + k, -k, 0.0], [-k, 1.0 + k, -1.0], [0.0, -1.0, 2.0]],
+        [vi.Stop([0, 0, 1], gap, r)],
+        damping_ratios=[0.02, 0.03, 0.04],
+        drive_amplitude=[2.0, 0.0, 2.5],
+        drive_frequency=1.1,
+        phase=0.4,
+    )
+
+
+TRUE = {"k": 1.3, "r": 0.8, "gap": 0.25}
+CHAIN = chain(**TRUE)
+STRUCK = vi.simulate(CHAIN, initial=REST[3], periods=15)
+
+
+def measured(kind: str, noise: float, seed: int = 2) -> vi.Record:
+    """What is measured of the chain, with an error of part of its size."""
+    if kind.startswith("impact_times"):
+        return vi.measure(STRUCK, kind, noise=noise, seed=seed)
+    exact = vi.measure(STRUCK, kind, sampling=0.2)
+    return vi.measure(
+        STRUCK, kind, sampling=0.2, noise=noise * float(exact.values.std()), seed=seed
+    )
+
+
+@pytest.mark.parametrize("kind", ["impact_times", "impact_times_0", "q_2", "v_0", "a_2"])
+def test_numbers_of_a_function_are_found(kind):
+    found = vi.fit(measured(kind, 0.01), chain, unknown=["k", "r", "gap"], initial=REST[3])
+    assert found.verdict == "fits"
+    off = [(found.values[name] - TRUE[name]) / found.errors[name] for name in TRUE]
+    assert np.abs(off).max() < 4.0
+    assert isinstance(found.machine, vi.Structure)
+    assert found.machine == chain(**found.values)
+
+
+def test_own_numbers_and_the_start_are_found():
+    names = ["gap_0", "restitution_0", "q_0", "v_2"]
+    guess = CHAIN.replace(gap=0.3, restitution=0.7)
+    start = np.array([[0.05, 0.0, 0.0], [0.0, 0.0, 0.1]])
+    found = vi.fit(measured("q_1", 0.01), guess, unknown=names, initial=start)
+    assert found.verdict == "fits"
+    off = found.estimates - [0.25, 0.8, 0.0, 0.0]
+    assert np.abs(off / found.standard_errors).max() < 4.0
+    assert np.shape(found.initial) == (2, 3)
+    assert np.array_equal(found.run.impacts["stop"], STRUCK.impacts["stop"])
+
+
+def test_drive_and_moving_stops_are_found_through_segments():
+    moving = MOVING.replace(damping_ratios=[0.05])
+    run = vi.simulate(moving, initial=REST[1], periods=25)
+    record = vi.measure(run, "q_0", sampling=0.2, noise=1e-3, seed=1)
+    guess = moving.replace(drive_frequency=0.702)
+    found = vi.fit(record, guess, unknown=["drive_frequency", "restitution_1"], initial=REST[1])
+    assert found.verdict == "fits"
+    off = found.estimates - [0.7, 0.9]
+    assert np.abs(off / found.standard_errors).max() < 4.0
+
+
+def test_ranges_of_a_function_without_defaults():
+    def one(k, r):
+        return chain(k, r, 0.25)
+
+    record = measured("q_2", 0.01)
+    found = vi.fit(record, one, unknown={"k": (1, 2), "r": (0.6, 0.9)}, initial=REST[3])
+    assert found.verdict == "fits"
+    assert found.ranges.tolist() == [[1.0, 2.0], [0.6, 0.9]]
+    with pytest.raises(vi.ParameterError, match=r"unknown\['k'\] = None .*a default"):
+        vi.fit(record, one, unknown=["k", "r"], initial=REST[3])
+    with pytest.raises(vi.ParameterError, match=r"gapp.*did you mean gap"):
+        vi.fit(record, chain, unknown=["gapp"], initial=REST[3])
+    with pytest.raises(vi.ParameterError, match="units"):
+        vi.fit(record, chain, unknown=["gap"], initial=REST[3], units="SI")
+
+
+def test_a_fit_of_a_structure_is_saved(tmp_path):
+    found = vi.fit(measured("q_2", 0.01), chain, unknown=["k", "r", "gap"], initial=REST[3])
+    assert [each.stops[0].gap for each in found.sample(2)] != [found.values["gap"]] * 2
+    found.save(tmp_path / "fit.npz")
+    again = vi.load(tmp_path / "fit.npz")
+    assert again.summary() == found.summary()
+    assert again.machine == found.machine
+    assert again.initial == found.initial
+    assert np.array_equal(again.ranges, found.ranges)
+    with pytest.raises(vi.ParameterError, match="no file holds"):
+        again.sample(2)
+    own = vi.fit(measured("q_2", 0.01), CHAIN, unknown=["gap_0", "v_0"], initial=REST[3])
+    own.save(tmp_path / "fit.npz")
+    assert vi.load(tmp_path / "fit.npz").sample(2) == own.sample(2)
+
+
+def test_expected_errors_of_a_structure_are_those_of_a_fit():
+    record = measured("q_2", 0.01)
+    names = ["gap_0", "restitution_0"]
+    expected = vi.expected_errors(STRUCK, record, unknown=names)
+    found = vi.fit(record, CHAIN, unknown=names, initial=REST[3])
+    assert expected.standard_errors == pytest.approx(found.standard_errors, rel=0.05)
+
+
+def test_a_fit_of_a_structure_is_drawn():
+    found = vi.fit(measured("a_2", 0.01), CHAIN, unknown=["gap_0"], initial=REST[3])
+    top, bottom = found.plot()
+    assert top.get_ylabel() == r"$\ddot q_{2}$"
+    assert bottom.get_xlabel() == "$t$"

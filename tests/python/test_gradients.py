@@ -7,6 +7,7 @@ import pytest
 
 import vibroimpact as vi
 from small_results import START
+from struck import BEAM, MOVING, REST
 from systems import PAPER
 from vibroimpact.gradients.duals import FUNCTIONS, RULES, Dual
 
@@ -305,3 +306,72 @@ def test_one_sided_derivatives_are_told():
 
     value, slope = vi.gradient(end, ball, ["v1"], initial=(0, 2, 0, 0), time=1)
     assert (value, slope.tolist(), told) == (-1.0, [-0.5], ["start_on_contact"])
+
+
+# Structures.
+
+MOVED_STOPS = MOVING.replace(damping_ratios=[0.05])
+
+
+def of_mass_and_gap(mass=1.1, gap=0.6, frequency=0.7):
+    """A structure of other numbers."""
+    stops = [vi.Stop([2], gap, 0.9, amplitude=0.4), vi.Stop([-1], 0.4, 0.9)]
+    return vi.Structure(
+        [[mass]], [[1.0]], stops, damping=[[0.1]], drive_amplitude=[1], drive_frequency=frequency
+    )
+
+
+def of_mass(mass):
+    """A structure of a mass between stops at rest."""
+    return MOVED_STOPS.replace(
+        mass=[[mass]], damping=[[0.1]], stops=[vi.Stop([2], 0.4, 0.6), MOVING.stops[1]]
+    )
+
+
+def fourth_order(function, machine, at, name, **options):
+    """A derivative by differences of fourth order: near low impacts the second ones are large."""
+
+    def value(steps):
+        return vi.gradient(function, machine, at | {name: at[name] + steps * 1e-6}, **options)[0]
+
+    return (8 * (value(1) - value(-1)) - (value(2) - value(-2))) / 12e-6
+
+
+OF_STRUCTURES = {
+    "time": lambda run: run.impacts["time"].sum(),
+    "velocity": lambda run: run.impacts["approach_velocity"].sum(),
+    "energy": lambda run: run.impacts["energy_loss"].sum(),
+    "place": lambda run: run.impacts["q"].sum() + run.impacts["v_post"].max(),
+    "the end": lambda run: run.final_state.q_0 + run.final_state.state.sum(),
+    "sections": lambda run: run.stroboscopic.std(),
+    "a trace": lambda run: run.trajectory([1.0, 5.0]).mean(),
+    "power": lambda run: run.integral(lambda t, states: states[:, 1, 0] ** 2),
+    "itself": lambda run: run.system.drive_frequency * run.initial[0, 0] + run.system.gap_0,
+}
+
+
+@pytest.mark.parametrize("name", OF_STRUCTURES)
+def test_gradients_of_structures_are_those_of_differences(name):
+    function = OF_STRUCTURES[name]
+    options = {"initial": [[0.1], [0.2]], "periods": 4}
+    cases = [
+        (MOVED_STOPS, {"drive_frequency": 0.7, "gap_0": 0.6, "restitution_1": 0.9, "v_0": 0.2}),
+        (of_mass_and_gap, {"mass": 1.1, "gap": 0.6, "frequency": 0.7, "q_0": 0.1}),
+    ]
+    if name == "energy":  # moving stops do work
+        still = MOVED_STOPS.replace(stops=[MOVING.stops[0].replace(amplitude=0), MOVING.stops[1]])
+        cases = [(still, {"gap_0": 0.3, "restitution": 0.8}), (of_mass, {"mass": 1.1})]
+    for machine, at in cases:
+        _, slope = vi.gradient(function, machine, at, **options)
+        for place, each in enumerate(at):
+            expected = fourth_order(function, machine, at, each, **options)
+            assert slope[place] == pytest.approx(expected, rel=1e-7, abs=3e-8)
+
+
+def test_gradients_of_beams_from_modes():
+    options = {"initial": REST[3], "periods": 5}
+    for function in (OF_STRUCTURES["velocity"], OF_STRUCTURES["energy"], OF_STRUCTURES["place"]):
+        _, slope = vi.gradient(function, BEAM, ["gap", "drive_frequency"], **options)
+        for place, (name, value) in enumerate({"gap": 0.3, "drive_frequency": 1.3}.items()):
+            expected = fourth_order(function, BEAM, {name: value}, name, **options)
+            assert slope[place] == pytest.approx(expected, rel=1e-7, abs=3e-8)

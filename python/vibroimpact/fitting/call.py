@@ -14,7 +14,7 @@ from ..hints import close_to
 from ..interruption import interruptible
 from ..machine import Machine
 from ..machine_kinds import is_maker
-from ..made import basis_of, check_names, defaults_of, machine_made
+from ..made import basis_of, check_names, defaults_of, is_coordinate, machine_made
 from ..run_record import AnyRun
 from ..scales import Units
 from ..simulation import simulate
@@ -28,7 +28,7 @@ from .result import ExpectedErrors, Fit
 from .search import Search
 from .sigmas import estimated, first_sigmas
 from .statistics import LOSSES, determination
-from .unknowns import Unknowns, named, unknowns_of
+from .unknowns import START, named, unknowns_of
 
 Array = NDArray[np.float64]
 
@@ -38,6 +38,8 @@ _LONGEST = 20_000
 _MOST_ROUNDS, _STEADY = 6, 0.01
 # Part of a period of a run that only looks whether there can be one.
 _MOMENT = 1e-9
+# Draws of a start of which a function makes no machine.
+_MOST_DRAWS = 50
 # Parts of the ranges or sizes in which starts of the search are drawn, one after another.
 _PARTS = (1.0, 0.1, 0.3, 0.02)
 # A fit whose residuals are so improbable is one if no other start of the search gives a better one.
@@ -144,7 +146,7 @@ def fit(
             # the right minimum, at the border of another sequence of impacts.
             around = given if turn % 2 == 0 or best is None else best.estimates
             part = _PARTS[turn % len(_PARTS)]
-            values = given if turn == 0 else _drawn(unknowns, around, part, random)
+            values = given if turn == 0 else _drawn(problem, around, part, random)
             found = _fitted(problem, values, loss)
             if best is None or _is_better(found, best):
                 best = found
@@ -250,12 +252,13 @@ def _machine(system: Any, unknown: Any) -> Any:
         return system
     guesses = defaults_of(system)
     numbers: dict[str, float] = {}
-    for name, limits in named(unknown, ", ".join(guesses)):
-        if name not in guesses:
-            continue  # a coordinate of the start; others are refused by their names
+    given = named(unknown, ", ".join(guesses))
+    own = [each for each in given if each[0] != START and not is_coordinate(each[0])]
+    check_names(system, [name for name, _ in own], least=False)
+    for name, limits in own:
         if limits is not None:
             low, high = (number(f"unknown[{name!r}]", each) for each in pair(name, limits, _RANGE))
-        value = guesses[name]
+        value = guesses.get(name)
         if value is None:
             if limits is None:
                 reject(f"unknown[{name!r}]", None, f"{_RANGE}, or a default in the function")
@@ -303,13 +306,20 @@ def _check_records(records: list[Record], system: Machine) -> None:
             )
 
 
-def _drawn(unknowns: Unknowns, around: Array, part: float, random: np.random.Generator) -> Array:
+def _drawn(problem: Problem, around: Array, part: float, random: np.random.Generator) -> Array:
     """Return random values to start from: in part of the ranges, or of the sizes, around some."""
+    unknowns = problem.unknowns
     finite = np.isfinite(unknowns.low) & np.isfinite(unknowns.high)
     width = part * np.where(finite, unknowns.high - unknowns.low, 2.0 * unknowns.scales)
-    drawn: Array = around + width * (random.random(len(around)) - 0.5)
-    inside: Array = np.clip(drawn, unknowns.low, unknowns.high)
-    return inside
+    for _ in range(_MOST_DRAWS):
+        drawn = around + width * (random.random(len(around)) - 0.5)
+        inside: Array = np.clip(drawn, unknowns.low, unknowns.high)
+        try:
+            unknowns.machine_of(problem.machine, inside)
+        except ParameterError:  # a function makes no machine there
+            continue
+        return inside
+    return around
 
 
 def _fitted(problem: Problem, values: Array, loss: str) -> Fit:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,16 +15,13 @@ from ..errors import ParameterError
 from ..hints import close_to
 from ..interruption import interruptible
 from ..machine import Machine
-from ..machine_kinds import is_maker, need_system
-from ..made import basis_of, check_names, machine_made, varied
+from ..machine_kinds import is_maker
+from ..made import basis_of, check_names, is_coordinate, machine_made, varied
 from ..simulation import simulate
 from .duals import Dual, constant
 from .quantities import Quantities
 
 Array = NDArray[np.float64]
-
-# Coordinates of a start beside the numbers of a function that makes the machine.
-_COORDINATE = re.compile(r"[xv][12]|[qv]_[0-9]{1,6}")
 
 
 @interruptible
@@ -54,10 +50,11 @@ def gradient(
     function
         A function of the run that returns a number, or an array of any shape S.
     system
-        The System; or a function of named numbers that makes one.
+        The System or Structure; or a function of named numbers that makes one.
     names
-        Names of k numbers of the system, or of its function, and of coordinates of the start. Or a
-        mapping from names to the values at which the derivatives are wanted.
+        Names of k numbers of the system, of its stops (``"gap_0"``), or of the function, and of
+        coordinates of the start. Or a mapping from names to the values at which the derivatives are
+        wanted.
     initial
         The start, as in ``simulate``.
     periods
@@ -153,7 +150,8 @@ def _given(system: Any, names: Any, initial: Any) -> tuple[Any, Array, list[str]
         values = {name: number(f"names[{name!r}]", value) for name, value in names.items()}
     if is_maker(system):
         return _made(system, values, initial)
-    need_system(system, maker=True)
+    if not isinstance(system, Machine):
+        reject("system", system, "a System, a Structure, or a function that makes one")
     coordinates = [name for name in values if name in system._coordinates_by_name]
     numbers = [name for name in values if name not in coordinates]
     known = system._numbers_by_name
@@ -170,7 +168,7 @@ def _given(system: Any, names: Any, initial: Any) -> tuple[Any, Array, list[str]
 def _made(
     function: Any, values: Mapping[str, Any], initial: Any
 ) -> tuple[Any, Array, list[str], list[str]]:
-    coordinates = [name for name in values if _COORDINATE.fullmatch(name)]
+    coordinates = [name for name in values if is_coordinate(name)]
     numbers = {name: value for name, value in values.items() if name not in coordinates}
     check_names(function, [*numbers])
     for name, value in numbers.items():

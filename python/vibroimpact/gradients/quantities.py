@@ -13,10 +13,10 @@ from ..by_numbers import Basis
 from ..errors import ParameterError
 from ..made import Made, value_of
 from ..sensitivity import OneSided
-from ..stop import is_of_stops
 from ..tables import EventKind
 from .duals import Dual, constant
 from .duals import value_of as plain
+from .impacts import beside_impacts, of_columns
 
 Array = NDArray[np.float64]
 
@@ -48,10 +48,7 @@ class Numbers:
         if name not in machine._numbers_by_name:
             allowed = f"allowed: {machine._numbers_in_words}, drive_period"
             raise AttributeError(f"{name} has no derivatives; {allowed}")
-        of_all = name.rpartition("_")[0] if is_of_stops(name) else ""
-        moved = [float(own in (name, of_all)) for own in self._basis.names]
-        moved += [each.get(name, 0.0) for each in self._basis.directions.values()]
-        return Dual(value_of(machine, name), np.array(moved) @ chain)
+        return Dual(value_of(machine, name), self._basis.slopes(name) @ chain)
 
 
 class Rows:
@@ -154,7 +151,7 @@ class Quantities:
             table,
             {
                 name: self._chained(table[name], moved)
-                for name, moved in self._sensitivity._of_columns().items()
+                for name, moved in of_columns(self.run, self._sensitivity, self._basis).items()
             },
         )
 
@@ -225,7 +222,7 @@ class Quantities:
             instants = self.impacts["time"]
             before, after = (
                 plain(self._rates(rate, instants.value, constant(states, len(slope))))
-                for states in self._sensitivity._beside_impacts()
+                for states in beside_impacts(self.run)
             )
             slope = slope + (before - after) @ instants.slope
         ends = [(first, -1.0)] + ([(last, 1.0)] if self._in_periods else [])
