@@ -72,7 +72,6 @@ PYTHON = [
     "run_record",
     "run",
     "run_in_si",
-    "structure_directions",
     "structure_run_parts",
     "structure_motion",
     "structure_run",
@@ -164,7 +163,6 @@ RESULTS = [
 ]
 NOUNS = [
     *FIRST,
-    "structure_directions",
     "continuation.names",
     "fitting.ranges",
     "fitting.record",
