@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
 
 import vibroimpact as vi
 from struck import BEAM, MOVING, PRESSED, REST
@@ -192,3 +193,4 @@ def test_a_fit_of_a_structure_is_drawn():
     top, bottom = found.plot()
     assert top.get_ylabel() == r"$\ddot q_{2}$"
     assert bottom.get_xlabel() == "$t$"
+    pyplot.close(top.figure)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from .measuring import need_run
 from .minimum import Found
 from .prediction import kinds_in_words, kinds_of
 from .problem import Point, Problem, Window
+from .profile import bent, rises
 from .record import Record
 from .result import ExpectedErrors, Fit
 from .search import Search
@@ -40,6 +42,8 @@ _MOST_ROUNDS, _STEADY = 6, 0.01
 _MOMENT = 1e-9
 # Draws of a start of which a function makes no machine.
 _MOST_DRAWS = 50
+# Times that a search goes on from a lower minimum beside the one that it has found.
+_MOST_LOWER = 4
 # Parts of the ranges or sizes in which starts of the search are drawn, one after another.
 _PARTS = (1.0, 0.1, 0.3, 0.02)
 # A fit whose residuals are so improbable is one if no other start of the search gives a better one.
@@ -340,7 +344,17 @@ def _fitted(problem: Problem, values: Array, loss: str) -> Fit:
         found = search.again(found, sigmas)
         if max(changes) < _STEADY:
             break
-    return judged(problem, search, found, values)
+    fit = judged(problem, search, found, values)
+    for _ in range(_MOST_LOWER):
+        if found is None or fit.verdict != "fits" or loss != "linear":
+            break
+        profile, lower = rises(search, found, fit)
+        deeper = None if lower is None else search.again(lower, search.base)
+        if deeper is None or deeper.cost >= found.cost:
+            return replace(fit, profile=profile, reasons=(*fit.reasons, *bent(fit.names, profile)))
+        found = deeper
+        fit = judged(problem, search, found, values)
+    return fit
 
 
 def _is_better(one: Fit, other: Fit) -> bool:

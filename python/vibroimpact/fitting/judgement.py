@@ -61,6 +61,7 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
         return Fit(
             verdict="not converged",
             reasons=(reason, *_units(problem, found)),
+            profile=None,
             covariance=np.diag(unknowns.scales**2),
             standard_errors=nothing,
             combinations=np.eye(count),
@@ -111,6 +112,7 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
     return Fit(
         verdict=verdict,
         reasons=tuple(said),
+        profile=None,
         covariance=known.covariance,
         standard_errors=known.errors,
         combinations=known.open,

@@ -213,6 +213,10 @@ class Fit(Determined):
         units of the sizes of the unknowns; ``undetermined`` has them by name.
     ranges
         Ends (low, high) of the ranges of the unknowns, shape (k, 2); infinite where there is none.
+    profile
+        Rises of ``chi2`` 2 standard errors below and above each unknown, the others fitted anew,
+        shape (k, 2): 4 where the linear estimate of its error holds; infinite where there is no
+        machine or motion. None unless the verdict is ``"fits"``, and with a robust loss.
     at_bounds
         Unknowns that ended at an end of their range; their errors are those without it.
     records
@@ -261,6 +265,7 @@ class Fit(Determined):
     combinations: Array
     combination_errors: Array
     ranges: Array
+    profile: Array | None
     at_bounds: tuple[str, ...]
     records: tuple[Record, ...]
     predicted: Array
@@ -402,6 +407,8 @@ class Fit(Determined):
         True
         """
         arrays: dict[str, NDArray[Any]] = {name: getattr(self, name) for name in _OF_FIT}
+        if self.profile is not None:
+            arrays["profile"] = self.profile
         kinds = []
         for number, record in enumerate(self.records):
             kinds.append([record.kind, record.name])
@@ -448,7 +455,7 @@ class Fit(Determined):
         fields: dict[str, Any] = {name: metadata[name] for name in _IN_TEXT}
         for name in ("reasons", "initial", "names", "at_bounds", "segments"):
             fields[name] = tuples(fields[name])
-        fields |= {name: arrays[name] for name in _OF_FIT}
+        fields |= {name: arrays[name] for name in _OF_FIT} | {"profile": arrays.get("profile")}
         machine = machine_from_dict(metadata["system"]).system
         return cls(machine=machine, records=tuple(records), **fields)
 

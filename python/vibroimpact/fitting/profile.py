@@ -1,0 +1,102 @@
+"""How chi2 rises two standard errors from a minimum: whether the linear estimate of errors holds.
+
+With one unknown held there and the others fitted anew, chi2 of a linear model rises by 4 (the
+profile of the likelihood). Source: D. M. Bates, D. G. Watts, *Nonlinear Regression Analysis*, 1988,
+ch. 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .minimum import Found, Minimiser
+from .problem import Point
+from .result import Fit
+from .search import Search
+
+Array = NDArray[np.float64]
+
+# Standard errors from the minimum, and what chi2 rises by there in a linear model.
+_ERRORS, LINEAR = 2.0, 4.0
+# The linear estimate of an error holds if the rise is that one to this factor.
+_BENT = 2.0
+# Another minimum is lower by this cost, half of chi2, at least.
+_LOWER = 0.05
+# A rise on the straight way that is so near to the linear one needs no fit of the others.
+_ALIKE = 0.25
+# Steps of each fit of the others.
+_MOST_STEPS = 12
+
+
+def rises(search: Search, found: Found, fit: Fit) -> tuple[Array, Found | None]:
+    """Return the rises of chi2 below and above each unknown, (k, 2), and a lower minimum if met.
+
+    Rises are infinite where there is no machine or no such motion.
+    """
+    result = np.zeros((len(fit.names), 2))
+    lower: Found | None = None
+    for k, error in enumerate(fit.standard_errors.tolist()):
+        # Along it the others are at their minimum in a linear model.
+        way = _ERRORS * fit.covariance[:, k] / error if error > 0.0 else np.zeros(len(fit.names))
+        for side, sign in enumerate((-1.0, 1.0)):
+            rise, there = _rise(search, found, sign * way, k)
+            result[k, side] = rise
+            if there is not None and there.cost < (lower or found).cost - _LOWER:
+                lower = there
+    return result, lower
+
+
+def bent(names: Sequence[str], profile: Array) -> list[str]:
+    """Return what is to be said where the linear estimate of errors does not hold."""
+    said = []
+    for name, (below, above) in zip(names, profile.tolist(), strict=True):
+        rises = [rise for rise in (below, above) if np.isfinite(rise)]
+        if any(not LINEAR / _BENT <= rise <= LINEAR * _BENT for rise in rises):
+            said.append(
+                f"the error of {name} is no linear one: 2 standard errors below and above chi2 "
+                f"rises by {below:.2g} and {above:.2g}, not 4"
+            )
+    return said
+
+
+def _rise(search: Search, found: Found, way: Array, place: int) -> tuple[float, Found | None]:
+    """Return the rise of chi2 where one unknown is held at the end of a way from the minimum."""
+    unknowns = search.problem.unknowns
+    value = found.point.values[place] + way[place]
+    if not unknowns.low[place] <= value <= unknowns.high[place]:
+        return np.inf, None
+    values = np.clip(found.point.values + way, unknowns.low, unknowns.high)
+    nodes = found.point.nodes + _moved(search, found, values - found.point.values)
+    start = Point(values, nodes)
+    there = search.problem.evaluate(start, found.window)
+    if there is not None and not len(nodes):
+        straight = 2.0 * (search.cost(there) - found.cost)
+        if abs(straight / LINEAR - 1.0) < _ALIKE:
+            return straight, None
+    low, high = unknowns.low.copy(), unknowns.high.copy()
+    low[place] = high[place] = value
+    held = replace(search.problem, unknowns=replace(unknowns, low=low, high=high))
+    other = Minimiser(held, search.sigmas, search.loss)
+    other.sizes = search.sizes
+    best = other.minimise(start, found.window, _MOST_STEPS, found.whole)
+    if best is None:
+        return np.inf, None
+    return 2.0 * (best.cost - found.cost), best
+
+
+def _moved(search: Search, found: Found, change: Array) -> Array:
+    """Return how the starts of segments move with the unknowns, so that the motion stays whole."""
+    nodes = found.point.nodes
+    if not len(nodes):
+        return nodes
+    ones = np.ones(len(change) + nodes.size)
+    linear = search.linear(found.evaluation, found.window, ones)
+    if linear is None:
+        return np.zeros_like(nodes)
+    known, own = np.split(linear.constraint, [len(change)], axis=1)
+    moved = np.linalg.solve(own, -known @ change)
+    return np.asarray(moved, dtype=np.float64).reshape(nodes.shape)
