@@ -137,6 +137,7 @@ RESULTS = [
     "structure_motion",
     "structure_run",
     "impact_results",
+    "fitting.determined",
     "fitting.result",
     "orbits.bifurcation",
     "orbits.branch",

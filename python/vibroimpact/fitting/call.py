@@ -19,6 +19,7 @@ from ..made import basis_of, check_names, defaults_of, is_coordinate, machine_ma
 from ..run_record import AnyRun
 from ..scales import Units
 from ..simulation import simulate
+from .determined import ExpectedErrors
 from .judgement import judged
 from .measuring import need_run
 from .minimum import Found
@@ -26,7 +27,7 @@ from .prediction import kinds_in_words, kinds_of
 from .problem import Point, Problem, Window
 from .profile import bent, rises
 from .record import Record
-from .result import ExpectedErrors, Fit
+from .result import Fit
 from .search import Search
 from .sigmas import estimated, first_sigmas
 from .statistics import LOSSES, determination

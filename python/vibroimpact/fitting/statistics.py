@@ -137,15 +137,6 @@ def determination(derivative: Array, scales: Array, variance: float) -> Determin
     return Determination(covariance, errors, rows[bad], np.where(lost, np.inf, spread)[bad])
 
 
-def correlation_of(covariance: Array) -> Array:
-    """Return the correlations of a covariance; of an unknown without scatter 0."""
-    spread = np.sqrt(np.diag(covariance))
-    spread = np.where(spread > 0.0, spread, 1.0)
-    matrix: Array = np.clip(covariance / np.outer(spread, spread), -1.0, 1.0)
-    np.fill_diagonal(matrix, 1.0)
-    return matrix
-
-
 # Losses: weights of rows in the least squares, as functions of z = residual/sigma.
 
 
