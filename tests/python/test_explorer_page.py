@@ -215,6 +215,15 @@ def test_clicks_choose_motions(desk):
     desk.settle()
     maps._tap_basins(Tap(maps.basins.figure, x=0.12, y=0.8))
     assert desk.page.state.initial == (0.125, 0.75, 0.0, 0.0)
+    # Clicks on maps that the browser still shows, or shows already, while another one is drawn.
+    desk.settle()
+    shown = desk.page.state
+    maps._tap_diagram(Tap(maps.diagram.figure, x=1.9, y=0.0))
+    maps._tap_chart(Tap(maps.chart.figure, x=1.41, y=0.64))
+    desk.named("map").active = 0
+    desk.settle()
+    maps._tap_basins(Tap(maps.basins.figure, x=0.12, y=0.8))
+    assert desk.page.state == shown.replace(map="diagram")
 
 
 @pytest.mark.parametrize("start", ["forward", "backward"])

@@ -60,6 +60,7 @@ class MapsCard:
         self._before: dict[str, list[tuple[dict[str, Axis], tuple[float, float] | None]]] = {}
         self._height: tuple[float, float] | None = None
         self.result: Any = None
+        self._map_of_result = ""
         self.diagram = DiagramView(machine)
         self.chart, self.basins = CellsView("chart", machine), CellsView("basins", machine)
         self.message = parts.text(visible=False, sizing_mode="stretch_width", name="map-error")
@@ -177,7 +178,7 @@ class MapsCard:
     def show(self, result: Any, state: State, palette: Palette) -> None:
         """Draw a result."""
         self.say(None)
-        self.result = result
+        self.result, self._map_of_result = result, state.map
         self._views()[state.map].sign.show(visible=False)
         if state.map == "diagram":
             self.diagram.show(result, state, palette)
@@ -277,7 +278,7 @@ class MapsCard:
         self._try(**axes)
 
     def _tap_diagram(self, event: Tap) -> None:
-        diagram, state = self.result, self._state
+        diagram, state = self._result_of("diagram"), self._state
         if diagram is None or event.x is None or state is None:
             return
         place = _place(diagram.values, float(event.x))
@@ -296,12 +297,20 @@ class MapsCard:
         self._choose(**changes)
 
     def _tap_chart(self, event: Tap) -> None:
-        if self.result is not None:
-            self._choose(**_cell(self.result, event))
+        self._choose_cell(self._result_of("chart"), event)
 
     def _tap_basins(self, event: Tap) -> None:
-        if self.result is not None:
-            self._choose(**_cell(self.result, event))
+        self._choose_cell(self._result_of("basins"), event)
+
+    def _result_of(self, name: str) -> Any:
+        """The result, if it is that of a map: a tap may come when the next one is already drawn."""
+        return self.result if self._map_of_result == name else None
+
+    def _choose_cell(self, result: Any, event: Tap) -> None:
+        if result is None or event.x is None or event.y is None:
+            return
+        (first, x), (second, y) = result.axes.items()
+        self._choose(**{first: _nearest(x, float(event.x)), second: _nearest(y, float(event.y))})
 
 
 def _tell(where: Div, error: Exception | None) -> None:
@@ -313,13 +322,6 @@ def _tell(where: Div, error: Exception | None) -> None:
 def _same(one: Axis, other: Axis) -> bool:
     within = _SAME * (other.high - other.low)
     return abs(one.low - other.low) < within and abs(one.high - other.high) < within
-
-
-def _cell(result: Any, event: Tap) -> dict[str, float]:
-    if event.x is None or event.y is None:
-        return {}
-    (first, x), (second, y) = result.axes.items()
-    return {first: _nearest(x, float(event.x)), second: _nearest(y, float(event.y))}
 
 
 def _nearest(values: Any, wanted: float) -> float:
