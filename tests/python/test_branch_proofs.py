@@ -19,7 +19,7 @@ walking = pytest.importorskip("vibroimpact.proof.walking")
 START = (0, 0.5, 0, 0)
 KNOWN = {"mass_ratio": 0.6, "frequency_ratio": 2, "restitution": 0.8, "gap": 0.5}
 FOLDER = repository.root() / "python" / "vibroimpact" / "proof"
-TRUSTED = ("along", "tube", "special", "chain")
+TRUSTED = ("along", "tube", "parts", "special", "chain")
 
 
 @cache
@@ -117,7 +117,7 @@ def test_a_saddle_node_is_turned_around():
     turn = branch().bifurcations[3].value
     (found,) = [one for one in proof.bifurcations if one.kind == "saddle_node"]
     assert found.single
-    assert found.hi - found.lo < 1e-14
+    assert found.hi - found.lo < 1e-12
     assert abs(found.lo - turn) < 1e-9
     ends = [one for one in proof.stretches if abs(one.lo - found.hi) < 1e-14]
     assert {one.stability for one in ends} == {"stable", "unstable"}
@@ -130,7 +130,7 @@ def test_a_period_doubling_ends_stability():
     doubling = branch().bifurcations[4].value
     (found,) = [one for one in proof.bifurcations if one.kind == "period_doubling"]
     assert found.single
-    assert found.hi - found.lo < 1e-14
+    assert found.hi - found.lo < 1e-12
     assert abs(found.lo - doubling) < 1e-9
     (before,) = [one for one in proof.stretches if abs(one.hi - found.lo) < 1e-14]
     (after,) = [
@@ -145,11 +145,11 @@ def test_a_neimark_sacker_bifurcation_is_enclosed():
     known, proof = branch().bifurcations[6], neimark_sacker_proof()
     assert str(known.kind) == "neimark_sacker"
     (found,) = proof.bifurcations
-    assert (found.kind, found.single) == ("neimark_sacker", False)
+    assert (found.kind, found.single) == ("neimark_sacker", True)
     assert found.lo - 1e-12 <= known.value <= found.hi + 1e-12
-    assert found.hi - found.lo < 1e-8
-    (left,) = proof.uncovered
-    assert (left.why, left.lo >= found.lo, left.hi <= found.hi) == ("stability", True, True)
+    assert found.hi - found.lo < 1e-12
+    assert [one.stability for one in proof.stretches] == ["stable", "unstable"]
+    assert not proof.uncovered
 
 
 @pytest.mark.skipif(not sizes.THOROUGH, reason="a long branch")
@@ -239,7 +239,7 @@ def retold(content):
     from vibroimpact.proof.chain import Shown
 
     posed = {key: value for key, value in content.items() if key not in ("format", "statement")}
-    none = [Shown([], [], []) for _ in content["pieces"]]
+    none = [Shown() for _ in content["pieces"]]
     return content | {"statement": branch_statement(_proof_from(posed, none))}
 
 
@@ -277,6 +277,10 @@ def test_a_certificate_is_verified_anew(proof, tmp_path):
     assert again.uncovered == proof().uncovered
 
 
+def tubes(content):
+    return [tube for piece in content["pieces"] for tube in piece["tubes"]]
+
+
 def claims(content):
     return content["claims"]["stretches"], content["claims"]["bifurcations"]
 
@@ -295,12 +299,15 @@ def test_claims_of_more_than_is_shown_are_refused(proof, tmp_path):
         lambda x: claims(x)[1][0].__setitem__(2, "change_of_stability"),
     ]
     if proof is turned_proof:
-        changes.append(lambda x: [piece["specials"].clear() for piece in x["pieces"]])
+        changes.append(lambda x: [tube["cuts"].__delitem__(slice(-1)) for tube in tubes(x)])
     else:
         changes += [
             lambda x: claims(x)[0][0].__setitem__(3, "unstable"),
             lambda x: claims(x)[0][1].__setitem__(3, "stable"),
             lambda x: claims(x)[0][0].__setitem__(2, "disproved"),
+            # one verdict across the bifurcation, from either side
+            lambda x: claims(x)[0][0].__setitem__(1, claims(x)[0][1][1]),
+            lambda x: claims(x)[0][1].__setitem__(0, claims(x)[0][0][0]),
             lambda x: claims(x)[0][0].__setitem__(1, "2p0"),
             lambda x: claims(x)[0].append(["1p0", "3p-1", "proved", "stable", "", 0]),
             lambda x: claims(x)[1].append(["1p0", "3p-1", "saddle_node", True, 0]),
@@ -353,9 +360,27 @@ def test_altered_certificates_are_refused_or_state_the_same(tmp_path):
 # What it rests on.
 
 
+def lines_of_code(name):
+    """Lines of a file without blank ones, comments and docstrings."""
+    text = (FOLDER / f"{name}.py").read_text()
+    told = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            first = node.body[0]
+            if ast.get_docstring(node) is not None:
+                told |= set(range(first.lineno, first.end_lineno + 1))
+    lines = enumerate(text.splitlines(), 1)
+    return sum(bool(x.split("#")[0].strip()) for k, x in lines if k not in told)
+
+
+def test_what_a_proof_of_a_branch_rests_on_can_be_read():
+    assert 300 < sum(map(lines_of_code, TRUSTED)) <= 600
+
+
 def test_the_verifier_of_branches_uses_nothing_else():
-    own = {f".{name}" for name in (*TRUSTED, "formulas", "verifier", "certificate")}
-    allowed = own | {".", "..errors", "..system", "flint", "numpy", "__future__", "typing", "copy"}
+    # Of `near` any matrix is right.
+    own = {f".{name}" for name in (*TRUSTED, "formulas", "verifier", "certificate", "near")}
+    allowed = own | {".", "..errors", "..system", "flint", "__future__", "typing", "copy"}
     allowed |= {"collections.abc", "contextlib", "dataclasses", "functools", "itertools", "math"}
     for name in TRUSTED:
         for node in ast.walk(ast.parse((FOLDER / f"{name}.py").read_text())):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,23 +18,33 @@ from .files import text
 from .formulas import Undecided
 
 #: Entries of a piece.
-_OF_PIECE = {"m", "label", "legs", "tubes", "specials", "ended"}
+_OF_PIECE = {"m", "label", "legs", "tubes", "open"}
 #: Ends of a claimed range are so many doubles inside what is found: another version of the
 #: arithmetic may round more.
 _ROOM = 2
+#: How near, as a part of its value, a computed bifurcation is to the one that is enclosed.
+_NEAR = 1e-6
+_NOTHING = "no tube reaches these values"
 
 
-def branch_proof_of(posed: dict[str, Any]) -> BranchProof:
-    """The proof that is found of a problem."""
+def branch_proof_of(posed: dict[str, Any], known: Sequence[tuple[str, float]] = ()) -> BranchProof:
+    """The proof that is found; those of the known bifurcations that are not shown are open."""
     found = _found(posed)
+    stretches = _stretches(found, posed["within"], _ROOM)
+    bifurcations = _bifurcations(found, posed["within"], _ROOM)
+    for kind, value in known:
+        near = _NEAR * abs(value)
+        if not any(
+            kind == one.kind and one.lo - near <= value <= one.hi + near for one, _ in bifurcations
+        ):
+            row = [text(value), text(value), f"{kind} near {value:.9g}, which is not enclosed"]
+            posed["pieces"][0]["open"].append(row)
     claims = {
         "stretches": [
-            [text(x.lo), text(x.hi), x.verdict, x.stability, x.why, piece]
-            for x, piece in _stretches(found, posed["within"], _ROOM)
+            [text(x.lo), text(x.hi), x.verdict, x.stability, x.why, piece] for x, piece in stretches
         ],
         "bifurcations": [
-            [text(x.lo), text(x.hi), x.kind, x.single, piece]
-            for x, piece in _bifurcations(found, posed["within"], _ROOM)
+            [text(x.lo), text(x.hi), x.kind, x.single, piece] for x, piece in bifurcations
         ],
     }
     return _proof_from({**posed, "claims": claims}, found)
@@ -45,12 +55,12 @@ def _found(posed: Mapping[str, Any]) -> list[Shown]:
     machine, place, precision = (posed[name] for name in ("machine", "place", "precision"))
     found = []
     for piece in posed["pieces"]:
-        if set(piece) != _OF_PIECE or len(piece["ended"] or "why") != 3:
+        if set(piece) != _OF_PIECE or any(len(row) != 3 for row in piece["open"]):
             raise ProofError("a piece of another kind")
         if piece["tubes"] and piece["label"] != f"{piece['m']}-{len(piece['legs'])}":
             raise ProofError("a label that is another one's")
         if not piece["tubes"]:
-            found.append(Shown([], [], []))
+            found.append(Shown())
             continue
         try:
             found.append(examine_chain(machine, place, piece, precision))
@@ -82,11 +92,11 @@ def _stretches(
     """Stretches of all pieces inside a range, each narrower by so many doubles at its ends."""
     (low, high), kept = _range(within), []
     for piece, shown in enumerate(found):
-        for one in shown.stretches:
-            lo, hi = _rounded(one.lo, np.inf, room), _rounded(one.hi, -np.inf, room)
+        for begin, end, verdict, steady, why in shown.stretches:
+            lo, hi = _rounded(begin, np.inf, room), _rounded(end, -np.inf, room)
             lo, hi = max(low, lo), min(high, hi)
             if lo < hi:
-                told = {"verdict": one.verdict, "stability": one.stability, "why": one.why}
+                told = {"verdict": verdict, "stability": steady, "why": why}
                 kept.append((ProvedStretch(lo=lo, hi=hi, label="", **told), piece))
     return kept
 
@@ -97,11 +107,10 @@ def _bifurcations(
     """Those of all pieces that may lie in a range, each wider by so many doubles at its ends."""
     (low, high), kept = _range(within), []
     for piece, shown in enumerate(found):
-        for one, _ in shown.events:
-            lo, hi = _rounded(one.lo, -np.inf, room), _rounded(one.hi, np.inf, room)
+        for begin, end, kind, single in shown.events:
+            lo, hi = _rounded(begin, -np.inf, room), _rounded(end, np.inf, room)
             if low <= hi and lo <= high:
-                ends = {"lo": lo, "hi": hi}
-                event = ProvedBifurcation(kind=one.kind, label="", single=one.single, **ends)
+                event = ProvedBifurcation(kind=kind, lo=lo, hi=hi, label="", single=single)
                 kept.append((event, piece))
     return kept
 
@@ -111,7 +120,8 @@ def _proof_from(certificate: dict[str, Any], found: Sequence[Shown]) -> BranchPr
     pieces, claims = certificate["pieces"], certificate["claims"]
     labels = [piece["label"] for piece in pieces]
     low, high = _range(certificate["within"])
-    stretches, bifurcations, left = [], [], []
+    stretches, bifurcations = list[ProvedStretch](), list[ProvedBifurcation]()
+    left = list[Unproved]()
     for lo, hi, verdict, steady, why, piece in claims["stretches"]:
         first, last = _range([lo, hi])
         told = {"verdict": verdict, "stability": steady, "why": why, "label": labels[piece]}
@@ -121,13 +131,18 @@ def _proof_from(certificate: dict[str, Any], found: Sequence[Shown]) -> BranchPr
         event = ProvedBifurcation(kind=kind, lo=first, hi=last, single=single, label=labels[piece])
         bifurcations.append(event)
     for label, piece, shown in zip(labels, pieces, found, strict=True):
-        open_ones = [(_rounded(a, -np.inf), _rounded(b, np.inf), why) for a, b, why in shown.open]
-        if piece["ended"]:
-            open_ones.append((*_range(piece["ended"][:2]), str(piece["ended"][2])))
-        for lo, hi, why in sorted(open_ones):
-            if lo < high and hi > low:
+        for lo, hi, why in sorted([*_open(piece, shown, low, high)]):
+            if lo <= high and hi >= low:
                 ends = {"lo": max(lo, low), "hi": min(hi, high)}
                 left.append(Unproved(label=label, why=why, **ends))
+    reach = low
+    every = [(x.lo, x.hi) for some in (stretches, bifurcations, left) for x in some]
+    for lo, hi in sorted(every):
+        if lo > reach:
+            left.append(Unproved(lo=reach, hi=lo, label="", why=_NOTHING))
+        reach = max(reach, hi)
+    if reach < high:
+        left.append(Unproved(lo=reach, hi=high, label="", why=_NOTHING))
     return BranchProof(
         parameter=certificate["parameter"],
         stretches=tuple(stretches),
@@ -135,6 +150,24 @@ def _proof_from(certificate: dict[str, Any], found: Sequence[Shown]) -> BranchPr
         uncovered=tuple(left),
         certificate=certificate if stretches else {},
     )
+
+
+def _open(
+    piece: Mapping[str, Any], shown: Shown, low: float, high: float
+) -> Iterator[tuple[float, float, str]]:
+    """What is left open of a piece: where it ends inside a range, too, if it is a motion there."""
+    rows = [(*_range(row[:2]), str(row[2])) for row in piece["open"]]
+    yield from rows
+    for a, b, why in shown.open:
+        yield _rounded(a, -np.inf, _ROOM), _rounded(b, np.inf, _ROOM), why
+    for one, sense in zip(shown.ends, (-1, 1), strict=False):
+        place = one.first if sense < 0 else one.last
+        lo, hi = _rounded(place, -np.inf, _ROOM), _rounded(place, np.inf, _ROOM)
+        told = any(a <= hi and lo <= b for a, b, _ in rows)
+        if one.verdict == "disproved" or told or hi <= low or lo >= high:
+            continue
+        ahead = one.rises * sense
+        yield low if ahead <= 0 else lo, high if ahead >= 0 else hi, "the tubes end"
 
 
 def verified_branch(posed: dict[str, Any], claims: Mapping[str, Any]) -> BranchProof:

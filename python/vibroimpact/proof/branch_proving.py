@@ -15,12 +15,11 @@ from ..system import SYMBOLS, System
 from .branch_files import branch_proof_of
 from .branch_result import BranchProof
 from .certificate import exact
-from .chain import family_of, summary
+from .chain import family_of
 from .files import text
 from .formulas import Undecided
 from .posing import legs_of, machine_in_text, nodes_of
-from .seeking import posed_special
-from .tube import Family, Slice, Tube
+from .tube import Family
 from .walking import walk
 
 Array = NDArray[np.float64]
@@ -65,12 +64,11 @@ def proved_branch(
                 "label": motion.label,
                 "legs": [],
                 "tubes": [],
-                "specials": [],
-                "ended": None,
+                "open": [],
             }
             pieces.append(posed)
             if isinstance(legs, str):
-                posed["ended"] = _open(points, legs)
+                posed["open"] = [_open(points, legs)]
                 continue
             posed["legs"] = legs
             why = "interrupted" if interrupted else ""
@@ -80,7 +78,7 @@ def proved_branch(
             except KeyboardInterrupt:
                 why, interrupted = "interrupted", True
             if why:
-                posed["ended"] = _open(_beyond(points, posed["tubes"]), why)
+                posed["open"] = [_open(_beyond(points, posed["tubes"]), why)]
     posed = {
         "machine": machine,
         "parameter": name,
@@ -89,7 +87,12 @@ def proved_branch(
         "precision": _PRECISION,
         "pieces": pieces,
     }
-    return branch_proof_of(posed), interrupted
+    known = [
+        (str(one.kind), float(one.value))
+        for one in branch.bifurcations
+        if within[0] <= one.value <= within[1]
+    ]
+    return branch_proof_of(posed, known), interrupted
 
 
 def _walked(
@@ -99,24 +102,17 @@ def _walked(
     posed: dict[str, Any],
     tubes: Tubes,
 ) -> str:
-    """Fill a piece with tubes and special points; why it ends before the last point, if it does."""
-    told, known, why = list[Slice](), list[Tube](), ""
+    """Fill a piece with tubes; why it ends before the last point, if it does."""
     with ctx.workprec(_PRECISION):
         try:
             for step in walk(family, points, within):
                 posed["tubes"].append(step.posed())
-                told += step.told
-                known.append(step.tube)
                 tubes.one()
                 if tubes.count >= tubes.most:
-                    why = f"max_tubes = {tubes.most} is reached"
-                    break
+                    return f"max_tubes = {tubes.most} is reached"
         except Undecided as reason:
-            why = str(reason)
-        for event, arc in summary(told, []).events:
-            if special := posed_special(family, known, event.kind, arc):
-                posed["specials"].append(special)
-    return why
+            return str(reason)
+    return ""
 
 
 def _open(points: Array, why: str) -> list[str]:

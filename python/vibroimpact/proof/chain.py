@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import Any
 
 from flint import arb, ctx
@@ -19,45 +20,26 @@ from flint import arb, ctx
 from ..system import SYMBOLS
 from .certificate import exact, machine_in, need, numbers
 from .formulas import REGIMES, Machine, Number, Undecided
-from .special import BORDERS, SINGULAR, Special, only_special
-from .tube import TERMS, Family, Slice, Spectrum, Tube, image, point_at, slices
+from .parts import OPEN, Arc, Slice
+from .special import Touch, border, multiplier
+from .tube import TERMS, Family, Tube, image
 
 #: Numbers of a structure that can be a parameter, and of one of its stops.
 _NUMBERS, _OF_STOP = ("drive_frequency", "phase"), ("gap", "restitution", "friction")
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Of each value of the parameter from `lo` to `hi` one solution, and one verdict."""
-
-    lo: arb
-    hi: arb
-    verdict: str
-    stability: str
-    why: str
-
-
-@dataclass(frozen=True)
-class Between:
-    """A bifurcation between two values of the parameter; `single`: one only."""
-
-    kind: str
-    lo: arb
-    hi: arb
-    single: bool = False
-
-
-@dataclass(frozen=True)
 class Shown:
-    """What is shown along a chain, and reasons for what is not, with ranges of the parameter.
+    """What is shown along a chain, by ranges of the parameter.
 
-    `events`: bifurcations, each with the slices in which it lies.
+    `stretches`: of each value one solution, with one verdict. `events`: bifurcations, and whether
+    it is only one. `open`: what is not shown, and why; `ends`: the parts at both ends.
     """
 
-    stretches: list[Stretch]
-    events: list[tuple[Between, list[Slice]]]
-    open: list[tuple[arb, arb, str]]
-    whole: tuple[arb, arb] | None = None
+    stretches: list[tuple[arb, arb, str, str, str]] = field(default_factory=list)
+    events: list[tuple[arb, arb, str, bool]] = field(default_factory=list)
+    open: list[tuple[arb, arb, str]] = field(default_factory=list)
+    ends: tuple[Slice, ...] = ()
 
 
 def family_of(machine: Mapping[str, Any], place: Sequence[Any], piece: Mapping[str, Any]) -> Family:
@@ -90,28 +72,18 @@ def machine_at(machine: Mapping[str, Any], place: Sequence[Any], value: Number) 
     return machine_in(changed)
 
 
-def tube_in(given: Mapping[str, Any], size: int) -> Tube:
-    """A tube of a certificate."""
+def tube_in(given: Mapping[str, Any], size: int) -> tuple[Tube, list[arb], list[Touch]]:
+    """A tube of a certificate, where its parts end, and touches in it."""
     line, radius = numbers(given["line"], arb), numbers(given["radius"], arb)
-    half = arb(exact(given["half"]))
+    half, touches = arb(exact(given["half"])), list[Touch]()
     need(half > 0 and len(radius) == size and all(r > 0 for r in radius), "a tube without room")
     sound = 2 <= len(line) <= TERMS and all(len(row) == size for row in line)
     need(sound, "a line of another size")
-    return Tube(line, half, radius)
-
-
-def special_in(given: Mapping[str, Any], family: Family, size: int) -> tuple[Special, list[arb]]:
-    """A special point of a certificate, and its box."""
-    kind, leg, which = given["kind"], given["leg"], (given["condition"], given["stop"])
-    need(kind in SINGULAR or kind in BORDERS, f"a special point {kind!r}")
-    need(type(leg) is int and 0 <= leg < len(family.legs), "a leg that is none")
-    need(all(x is None or (type(x) is int and 0 <= x < 100) for x in which), "a border")
-    need(sum(x is not None for x in which) == (kind in BORDERS), "a border")
-    pairs = numbers(given["box"])
-    need(all(radius >= 0 for _, radius in pairs), "a negative radius")
-    box = [arb(centre, radius) for centre, radius in pairs]  # or a little wider
-    need(len(box) == size + (which[1] is not None), "a box of another size")
-    return Special(kind, leg, *which), box
+    for leg, stop, *times in given["touches"]:
+        begin, end = numbers(times)
+        need(type(leg) is type(stop) is int and min(leg, stop, begin) >= 0 < end - begin, "a touch")
+        touches.append((leg, stop, arb((begin + end) / 2, (end - begin) / 2)))
+    return Tube(line, half, radius), numbers(given["cuts"], arb), touches
 
 
 def examine_chain(
@@ -121,124 +93,101 @@ def examine_chain(
 
     Raises
     ------
-    Undecided : a tube holds no branch, two are not joined, or there is no such special point
+    Undecided : a tube holds no branch, or two are not joined
     ProofError, KeyError, TypeError, ValueError : the certificate is damaged
     """
     need(type(precision) is int and 1 < precision < 10**5, "a precision that is none")
     with ctx.workprec(precision):
-        family, told, before = family_of(machine, place, piece), list[Slice](), None
+        family, told, before = family_of(machine, place, piece), list[list[Slice]](), None
         size = len(family.legs) * (2 * machine_in(machine).size + 1) + 1
-        tubes = [tube_in(given, size) for given in piece["tubes"]]
-        for tube, given in zip(tubes, piece["tubes"], strict=True):
-            found, until = image(family, tube), arb(exact(given["until"]))
-            if not found.inside:
-                raise Undecided("Krawczyk's operator does not contract in a tube")
+        for tube, cuts, touches in [tube_in(given, size) for given in piece["tubes"]]:
+            arc = Arc.of(family, tube, image(family, tube))
             lo = -tube.half if before is None else tube.place(before)
-            if lo is None or not (lo < until and until <= tube.half):
+            if lo is None or not cuts or not cuts[-1] <= tube.half:
                 raise Undecided("two tubes are not joined")
-            told += slices(family, tube, found, lo, until)
-            before = point_at(family, tube, found, until)
-        points = [special_in(given, family, size) for given in piece["specials"]]
-        return summary(told, [located(family, tubes, *point) for point in points])
+            need(all(a < b for a, b in pairwise([lo, *cuts])), "parts out of order")
+            told.append([arc.look(a, b) for a, b in pairwise([lo, *cuts])])
+            told[-1] = resolved(arc, told[-1], touches)
+            before = arc.point(cuts[-1])
+        return summary([part for parts in told for part in parts])
 
 
-@dataclass(frozen=True)
-class Located:
-    """The only special point of a kind in a box, on a branch: its value of the parameter."""
-
-    kind: str
-    box: Sequence[arb]
-    value: arb
-
-
-def located(family: Family, tubes: Sequence[Tube], special: Special, box: list[arb]) -> Located:
-    """Verify a special point; raises Undecided if it is none, or not on the branch."""
-    size = len(tubes[0].radius)
-    found = only_special(family, special, box)[:size]
-    if all(tube.place(found) is None for tube in tubes):
-        raise Undecided("a special point that is not on the branch")
-    return Located(special.kind, box[:size], found[-1])
+def resolved(arc: Arc, told: Sequence[Slice], touches: Sequence[Touch]) -> list[Slice]:
+    """The parts of a tube, where those about the only special point end at it."""
+    for crosses, open_ in (
+        (True, lambda x: x.verdict == "undecided"),
+        (False, lambda x: not x.known),
+    ):
+        groups = [list(run) for _, run in groupby(told, open_)]
+        for k in range(1, len(groups) - 1):
+            one, other = groups[k - 1][-1], groups[k + 1][0]
+            if open_(groups[k][0]) and crosses == (one.verdict != other.verdict):
+                with suppress(*OPEN):
+                    groups[k] = _about(arc, one, groups[k], other, touches)
+        told = [one for group in groups for one in group]
+    return list(told)
 
 
-def summary(told: Sequence[Slice], points: Sequence[Located]) -> Shown:
+def _about(
+    arc: Arc, one: Slice, between: list[Slice], other: Slice, touches: Sequence[Touch]
+) -> list[Slice]:
+    """Parts between two of which more is shown; two in their place if that is right."""
+    lo, hi, crosses = between[0].lo, between[-1].hi, one.verdict != other.verdict
+    found = border(arc, lo, hi, touches) if crosses else multiplier(arc, lo, hi)
+    # DF is singular, and a multiplier 1, where the parameter has an extremum, and there only
+    turns = found.kind == "saddle_node"
+    if turns != (one.rises == -other.rises != 0):
+        raise Undecided("a multiplier 1 where the parameter has no extremum")
+    settled = found.clear if crosses else all(x.verdict == "proved" for x in between)
+    if not settled or not (turns or {x.rises for x in (*between, other)} == {one.rises}):
+        return [replace(between[0], special=found), *between[1:]]
+    first, value, last = between[0].first, found.value, between[-1].last
+    halves = list[Slice]()
+    for side, a, b in ((one, first, value), (other, value, last)):
+        same = all(x.stability == side.stability for x in between)
+        steady = side.stability if same or (found.clear and not crosses) else "undecided"
+        made = replace(side, lo=lo, hi=hi, first=a, last=b, values=a.union(b))
+        halves.append(replace(made, stability=steady, special=None if halves else found))
+    return halves
+
+
+def summary(told: Sequence[Slice]) -> Shown:
     """Stretches of one verdict, the bifurcations between them, and what is open."""
-    shown = Shown([], [], [], _hull(told) if told else None)
+    shown = Shown(ends=(told[0], told[-1]))
     groups = [list(run) for _, run in groupby(told, lambda one: one.known)]
-    for k, arc in enumerate(groups):
-        if arc[0].known or not 0 < k < len(groups) - 1:
-            continue
-        one, other = groups[k - 1][-1], groups[k + 1][0]
-        if kind := _kind(one, other, arc):
-            point = next((x for x in points if x.kind == kind and _holds(x.box, arc)), None)
-            where = _hull(arc) if point is None else (point.value.lower(), point.value.upper())
-            shown.events.append((Between(kind, *where, point is not None), arc))
-            if point is not None and kind in SINGULAR:
-                groups[k] = _parted(one, other, arc, kind, point.value)
-    whole = [one for group in groups for one in group]
-    for _, run in groupby(whole, _key):
+    for k, group in enumerate(groups):
+        found = [one.special for one in group if one.special is not None]
+        shown.events.extend((x.value.lower(), x.value.upper(), x.kind, True) for x in found)
+        inner = not found and not group[0].known and 0 < k < len(groups) - 1
+        if inner and (kind := _kind(groups[k - 1][-1], groups[k + 1][0])):
+            shown.events.append((*_hull(group), kind, False))
+    for (verdict, steady, rises), run in groupby(told, _key):
         part = list(run)
-        first, last = part[0], part[-1]
-        if first.rises and first.verdict != "undecided":
-            low, high = (first.first, last.last)[:: first.rises]
-            told_ = _key(first)[:2]
-            why = first.why if first.verdict == "disproved" else ""
-            shown.stretches.append(Stretch(low.upper(), high.lower(), *told_, why))
-        if not first.known:
+        if rises and verdict != "undecided":
+            low, high = (part[0].first, part[-1].last)[::rises]
+            why = part[0].why if verdict == "disproved" else ""
+            shown.stretches.append((low.upper(), high.lower(), verdict, steady, why))
+        if not part[0].known:
             why = next((x.why for x in part if x.why), "")
-            why = why or ("the direction of the branch" if first.rises == 0 else "stability")
+            why = why or ("stability" if rises else "the direction of the branch")
             shown.open.append((*_hull(part), why))
     return shown
 
 
 def _key(one: Slice) -> tuple[str, str, int]:
-    steady = "undecided" if one.verdict == "disproved" else one.spectrum.stability
+    steady = "undecided" if one.verdict == "disproved" else one.stability
     return one.verdict, steady, one.rises
 
 
 def _hull(run: Sequence[Slice]) -> tuple[arb, arb]:
-    values = [one.box[-1] for one in run]
-    return min(x.lower() for x in values), max(x.upper() for x in values)
+    return min(x.values.lower() for x in run), max(x.values.upper() for x in run)
 
 
-def _holds(box: Sequence[arb], arc: Sequence[Slice]) -> bool:
-    return all(y.contains(x) for one in arc for x, y in zip(one.box, box, strict=True))
-
-
-def _kind(one: Slice, other: Slice, arc: Sequence[Slice]) -> str:
-    """What must lie on the arc between two slices of which everything is shown; or "".
-
-    The branch is a smooth curve through all tubes: a function that changes its sign vanishes. On
-    it DF is singular, a multiplier is 1, where the parameter has an extremum, and there only.
-    """
+def _kind(one: Slice, other: Slice) -> str:
+    """What lies between two slices of which everything is shown, once or more; or ""."""
     if one.rises == -other.rises:
         return "saddle_node"
     if one.verdict != other.verdict:
         return one.broken or other.broken
-    before, after = one.spectrum, other.spectrum
-    if one.verdict == "disproved":
-        return ""
-    if before.at_minus_one == -after.at_minus_one != 0:
-        return "period_doubling"
-    if before.stability == after.stability:
-        return ""
-    spectra = [x.spectrum for x in (one, *arc, other)]
-    real = all(x.at_one and x.at_minus_one for x in spectra)
-    return "neimark_sacker" if real else "change_of_stability"
-
-
-def _parted(one: Slice, other: Slice, arc: list[Slice], kind: str, value: arb) -> list[Slice]:
-    """An arc in two, before and after its only turn or period doubling."""
-    turns = kind == "saddle_node"
-    if any(x.verdict != "proved" or (not turns and x.rises != one.rises) for x in arc):
-        return arc
-    spectra, halves = [x.spectrum for x in arc], []
-    # the polynomial keeps its sign at the other of the points 1 and -1 if it is known all along
-    other_signs = {x.at_minus_one if turns else x.at_one for x in spectra}
-    for end, first, last in ((one, arc[0].first, value), (other, value, arc[-1].last)):
-        sign = end.spectrum.at_one if turns else end.spectrum.at_minus_one
-        inside = sign == 1 and other_signs == {1} and all(x.others_inside for x in spectra)
-        steady = "unstable" if sign == -1 else "stable" if inside else "undecided"
-        box = [first.union(last)]
-        spectrum = Spectrum(steady)
-        halves.append(Slice(box, arb(0), first, last, end.rises, "proved", "", "", spectrum))
-    return halves
+    same = one.verdict == "disproved" or one.stability == other.stability
+    return "" if same else "change_of_stability"

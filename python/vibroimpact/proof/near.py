@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from flint import arb, arb_mat
+from flint import acb, acb_mat, arb, arb_mat
 
 from .formulas import Undecided
 
@@ -24,3 +24,37 @@ def near_inverse(orbit: Any, z: Sequence[arb]) -> list[arb_mat]:
         return [arb_mat(part.tolist()) for part in np.split(inverse, count, axis=1)]
     except (np.linalg.LinAlgError, ValueError, ZeroDivisionError) as error:
         raise Undecided("the equations are singular") from error
+
+
+def inverse_of(matrix: arb_mat) -> arb_mat:
+    """Near the inverse of a matrix."""
+    try:
+        rows = [[float(x.mid()) for x in row] for row in matrix.tolist()]
+        return arb_mat(np.linalg.inv(np.array(rows)).tolist())
+    except (np.linalg.LinAlgError, ValueError) as error:
+        raise Undecided("the equations are singular") from error
+
+
+def eigenvectors(matrix: acb_mat) -> acb_mat:
+    """Near the eigenvectors of a matrix, in columns."""
+    rows = np.linalg.eig(_numbers(matrix))[1].tolist()
+    return acb_mat([[acb(x.real, x.imag) for x in row] for row in rows])
+
+
+def null_vectors(matrix: acb_mat, at: acb) -> tuple[list[acb], list[acb]]:
+    """Near the zero vectors, conjugate, of a matrix less a number: of columns, and of rows."""
+    numbers = _numbers(matrix)
+    left, _, right = np.linalg.svd(numbers - _number(at) * np.eye(len(numbers)))
+    row, column = ([acb(x.real, x.imag) for x in v.tolist()] for v in (right[-1], left[:, -1]))
+    return row, column
+
+
+def _number(x: acb) -> complex:
+    return complex(float(x.real.mid()), float(x.imag.mid()))
+
+
+def _numbers(matrix: acb_mat) -> Any:
+    numbers = np.array([[_number(x) for x in row] for row in matrix.tolist()])
+    if not np.isfinite(numbers).all():
+        raise Undecided("the derivative of the return map is not bounded")
+    return numbers

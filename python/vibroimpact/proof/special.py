@@ -1,156 +1,141 @@
-"""Special points of a branch: where it turns, doubles its period, grazes, or leaves a regime.
+"""Special points of a branch: where a multiplier crosses the unit circle, or a condition ends.
 
-Each is a zero of the equations F and of one test function, or of two with one more unknown. If
-Krawczyk's K of a box lies inside it, the box holds exactly one.
-
-A turn (saddle-node), or a period doubling, is a point at which DF is singular; for the latter the
-columns of DF by the node where the last leg ends have the other sign. With any b and c such that
-
-    [DF b; c 0] (v, g) = (0, 1),    (w, g) [DF b; c 0] = (0, 1)
-
-have solutions, DF is singular just where g = 0, and dg = -w d(DF) v (Govaerts, Numerical Methods
-for Bifurcations of Dynamical Equilibria (2000), chapter 3).
+Each is a zero of a test function f: |lambda|^2 - 1, a condition of a motion, or how far a flight
+stays from a stop. Along the branch dY/dh is known, and with it f'. If f' is not 0 on a part, and
+Newton's step h - f(h)/f' from a point of it leads into it for all f' there, it has one zero of f.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from functools import partial
 
-import numpy as np
-from flint import arb, arb_mat, arb_series
+from flint import acb, acb_mat, arb
 
-from . import along
-from .along import Leg
-from .formulas import Number, Undecided, plain
-from .tube import Family, near_inverse, slopes_of
-from .verifier import inside
+from .along import Leg, return_map, term
+from .formulas import Number, Refuted, Undecided
+from .near import null_vectors
+from .parts import OPEN, Arc, Special, conditions
+from .tube import Family
+from .verifier import CIRCUIT, Flight, Orbit, show_clear
 
-#: Signs of the multipliers.
-SINGULAR = {"saddle_node": 1, "period_doubling": -1}
-BORDERS = ("grazing", "regime_border")
-#: Boxes around the point, each inside the one before.
-_NARROWER = 4
-
-
-@dataclass(frozen=True)
-class Special:
-    """A kind of point; of a border its leg, and a condition of it or, inside a flight, a stop."""
-
-    kind: str
-    leg: int = 0
-    condition: int | None = None
-    stop: int | None = None
-
-    def equations(self, family: Family, box: Sequence[arb]) -> tuple[list[arb], arb_mat]:
-        """F and the test functions over a box, and their derivative."""
-        size = len(box) - (self.stop is not None)
-        values, rows = [], slopes_of(family, box[:size])
-        for row in rows:
-            row += [arb(0)] * (len(box) - size)
-        if self.kind in SINGULAR:
-            value, gradient = _singular(family, box, SINGULAR[self.kind])
-            values.append(value)
-            rows.append(gradient)
-        else:
-            tests = [self.tests(family, moved(box, _unit(j, len(box)))) for j in range(len(box))]
-            values += [plain(x) for x in tests[0]]
-            rows += [[along.term(x, 1) for x in row] for row in zip(*tests, strict=True)]
-        rest = family.at(box[size - 1]).residual(box[: size - 1])
-        return [*rest, *values], arb_mat(rows)
-
-    def tests(self, family: Family, x: Sequence[Number]) -> list[Number]:
-        """The condition; or the gap and its rate, both 0 some time after the start of a leg."""
-        if self.stop is None:
-            assert self.condition is not None
-            leg = Leg.of(family.at(x[-1]), self.leg, x[:-1], 2)
-            return [leg.after()[1][self.condition][0]]
-        orbit = family.at(x[-2])
-        leg = Leg.of(orbit, self.leg, x[:-2], 2, until=x[-1])
-        stop = orbit.machine.stops[self.stop]
-        return [stop.gap(leg.last), stop.gap(leg.last, 1)]
+#: A test function along a line: f and f'.
+Test = Callable[[Sequence[Number]], tuple[arb, arb]]
+#: A flight that nearly touches a stop inside: its leg, the stop, and the time since its start.
+Touch = tuple[int, int, arb]
+#: Steps of Newton's method, each in the part that the one before leads to.
+_STEPS = 6
 
 
-def _unit(j: int, size: int) -> list[arb]:
-    return [arb(int(i == j)) for i in range(size)]
-
-
-def moved(box: Sequence[arb], by: Sequence[arb], terms: int = 2) -> list[Number]:
-    """Numbers that move with h; those that do not are no series."""
-    pairs = zip(box, by, strict=True)
-    return [x if dx.is_zero() else arb_series([x, dx], terms) for x, dx in pairs]
-
-
-def _singular(family: Family, box: Sequence[arb], sign: int) -> tuple[arb, list[arb]]:
-    """G over a box, and its gradient."""
-    size = len(box)
-    last = arb_mat(size, 1, _unit(size - 1, size))
-    matrix = _bordered(family, box, sign)
-    v = matrix.solve(last).entries()
-    w = matrix.transpose().solve(last).entries()
-    across = [*v[:-1], arb(0)]
-
-    def bend(by: Sequence[arb], turns: Sequence[arb] | None) -> arb_mat:
-        """Half of the second derivative of F; `turns`: of the node at the end another one."""
-        line, zero = moved(box, by, 3), arb(0)
-        node = None
-        if turns is not None:
-            node = [arb_series([zero, x], 3) for x in turns]
-        return along.residual(family.at(line[-1]), line[:-1], 3, node)[2]
-
-    width = 2 * family.at(box[-1]).machine.size + 1
-    turns = [-2 * x for x in v[:width]] if sign < 0 else None
-    own, gradient = bend(across, turns), []
-    for j in range(size):
-        unit = _unit(j, size)
-        both = [x + y for x, y in zip(across, unit, strict=True)]
-        change = (bend(both, turns) - own - bend(unit, None)).entries()
-        gradient.append(-sum((x * y for x, y in zip(w, change, strict=False)), arb(0)))
-    return v[-1], gradient
-
-
-def _bordered(family: Family, box: Sequence[arb], sign: int) -> arb_mat:
-    """DF over a box, with b and c near its zero vectors in the middle."""
-    middle = slopes_of(family, [x.mid() for x in box], sign)
-    numbers = np.array([[float(x.mid()) for x in row[:-1]] for row in middle])
-    if not np.isfinite(numbers).all():
-        raise Undecided("the derivative of the equations is not bounded")
-    left, _, right = np.linalg.svd(numbers)
-    rows = [row[:-1] for row in slopes_of(family, box, sign)]
-    bordered = [[*row, arb(x)] for row, x in zip(rows, left[:, -1].tolist(), strict=True)]
-    return arb_mat([*bordered, [*map(arb, right[-1].tolist()), arb(0)]])
-
-
-def only_special(family: Family, special: Special, box: Sequence[arb]) -> list[arb]:
-    """A small box that holds the only special point of a kind in a box.
-
-    Raises
-    ------
-    Undecided : this is not shown
-    """
-    found = _krawczyk(family, special, box)
-    if not inside(found, box):
-        raise Undecided("Krawczyk's operator does not contract")
-    for _ in range(_NARROWER):
-        closer = _krawczyk(family, special, found)
-        if not inside(closer, found):
-            break
-        found = closer
+def only_zero(arc: Arc, test: Test, lo: arb, hi: arb) -> arb:
+    """The parameter at the only zero of f from h = lo to hi; raises Undecided if that is open."""
+    found: arb | None = None
+    for _ in range(_STEPS):
+        line, h = arc.line(lo, hi), ((lo + hi) / 2).mid()
+        near, slope = arc.line(h, h), test(line)[1]
+        place = h - test(near)[0] / slope
+        if lo < place < hi:
+            found, lo, hi = near[-1][0] + line[-1][1] * (place - h), place.lower(), place.upper()
+        elif found is None:
+            raise Undecided("a test function may have no zero, or several")
+    assert found is not None
     return found
 
 
-def _krawczyk(family: Family, special: Special, box: Sequence[arb]) -> list[arb]:
-    """K of a box, whether or not it lies inside."""
-    size, centre = len(box), [x.mid() for x in box]
+def multiplier(arc: Arc, lo: arb, hi: arb) -> Special:
+    """Where the only multiplier, or conjugate pair, that meets the unit circle crosses it."""
+    over, _ = return_map(arc.family.along(arc.line(lo, hi), 2), 2)
+    discs = acb_mat(over).eig(multiple=True)
+    met = [x for x in discs if not (abs(x) < 1 or abs(x) > 1)]
+    crossing = max(met, key=lambda x: float(x.imag.mid()))
+    if len(met) == 1:  # the only one in a disc about a real number, of a real matrix: it is real
+        crossing = acb(crossing.real)
+        others = [x for x in discs if x is not met[0]]
+        apart = acb(crossing.real, arb(0, met[0].imag.abs_upper()))
+        kind = {1: "saddle_node", -1: "period_doubling"}[int(crossing.real.mid() > 0) * 2 - 1]
+    else:
+        others, apart, kind = [x for x in discs if x is not crossing], crossing, "neimark_sacker"
+        if len(met) > 2 or not crossing.imag > 0:
+            raise Undecided("several multipliers meet the unit circle")
+    if any(apart.overlaps(x) for x in others):
+        raise Undecided("multipliers are not told apart")
+
+    def test(line: Sequence[Number]) -> tuple[arb, arb]:
+        matrix, change = map(acb_mat, return_map(arc.family.along(line, 2), 2))
+        (found,) = [x for x in matrix.eig(multiple=True) if x.overlaps(apart)]
+        found = acb(found.real) if len(met) == 1 else found
+        # (J - x) v = 0 = w (J - x): with a border of any two vectors, a regular matrix
+        size, (row, column) = matrix.nrows(), null_vectors(matrix, found)
+        bordered = acb_mat(size + 1, size + 1)
+        for i in range(size):
+            for j in range(size):
+                bordered[i, j] = matrix[i, j] - (found if i == j else 0)
+            bordered[i, size], bordered[size, i] = column[i], row[i]
+        last = acb_mat([[int(i == size)] for i in range(size + 1)])
+        v, w = (x.solve(last).entries()[:size] for x in (bordered, bordered.transpose()))
+        v_, w_ = acb_mat(size, 1, v), acb_mat(1, size, w)
+        slope = (w_ * change * v_)[0, 0] / (w_ * v_)[0, 0]
+        return abs(found) ** 2 - 1, 2 * (found.conjugate() * slope).real
+
+    value = only_zero(arc, test, lo, hi)
+    return Special(kind, value, all(abs(x) < 1 for x in discs if not any(x is y for y in met)))
+
+
+def border(arc: Arc, lo: arb, hi: arb, touches: Sequence[Touch]) -> Special:
+    """Where the only condition that may be 0 is 0, or a flight touches a stop."""
+    line = arc.line(lo, hi)
+    open_ = [k for k, x in enumerate(conditions(arc.family, line)) if not term(x[0], 0) > 0]
+    if len(open_) == 1:
+        kind, used = conditions(arc.family, line)[open_[0]][2], list[Touch]()
+
+        def test(line: Sequence[Number]) -> tuple[arb, arb]:
+            number = conditions(arc.family, line)[open_[0]][0]
+            return term(number, 0), term(number, 1)
+
+    elif not open_ and len(touches) == 1:
+        kind, used, test = "grazing", list(touches), partial(distance, arc.family, touches[0])
+    else:
+        raise Undecided("several borders")
+    return Special(kind, only_zero(arc, test, lo, hi), _clear(arc, lo, hi, used))
+
+
+def distance(family: Family, touch: Touch, line: Sequence[Number]) -> tuple[arb, arb]:
+    """How far a flight stays from a stop about a time, -g at its maximum there; and derivative."""
+    (k, number, about), orbit = touch, family.at(line[-1])
+    stop = orbit.machine.stops[number]
+
+    def gap(time: arb, order: int) -> Number:
+        return stop.gap(Leg.of(orbit, k, line[:-1], 2, until=time).last, order)
+
+    bend, (begin, end) = term(gap(about, 2), 0), (about.lower(), about.upper())
+    if not (bend < 0 and term(gap(begin, 1), 0) > 0 and term(gap(end, 1), 0) < 0):
+        raise Undecided("the gap may have no maximum, or several")
+    middle = about.mid()
+    top = (middle - term(gap(middle, 1), 0) / bend).intersection(about)
+    # at the maximum dg/dt = 0
+    return -term(gap(top, 0), 0), -term(gap(about, 0), 1)
+
+
+def _clear(arc: Arc, lo: arb, hi: arb, touches: Sequence[Touch]) -> bool:
+    """Whether no flight of a part meets a stop, but for touches."""
+    box = arc.tube.part(lo.union(hi), arc.away)
+    orbit = arc.family.at(box[-1])
+    machine = orbit.machine
     try:
-        value, _ = special.equations(family, centre)
-        _, slopes = special.equations(family, box)
-        near = near_inverse(slopes)
-    except (ValueError, ZeroDivisionError) as error:
-        raise Undecided("a divisor may be 0") from error
-    left = near * slopes
-    for i in range(size):
-        left[i, i] -= 1
-    away = arb_mat(size, 1, [x - c for x, c in zip(box, centre, strict=True)])
-    image = arb_mat(size, 1, centre) - near * arb_mat(size, 1, value) - left * away
-    return list(image.entries())
+        for k, flight in enumerate(orbit.flights(box[:-1])):
+            begin, end, whole = arb(0), flight.duration, (orbit.legs[k - 1], orbit.legs[k])
+            parts = [(begin, end, *whole)]
+            for _, number, about in [x for x in touches if x[0] == k]:
+                between = machine.flow(about) * flight.start
+                for j, stop in enumerate(machine.stops):
+                    if j != number and not stop.gap(between.entries()) < 0:
+                        return False
+                parts = [(begin, about.lower(), whole[0], CIRCUIT)]
+                parts += [(about.upper(), end, CIRCUIT, whole[1])]
+            for start, until, first, last in parts:
+                w = machine.flow(start) * flight.start
+                piece = Flight(w, until - start, flight.after, flight.slopes, flight.conditions)
+                show_clear(Orbit(machine, 1, (first, last)), 1, piece)
+    except (*OPEN, Refuted):
+        return False
+    return True

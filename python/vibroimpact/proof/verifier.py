@@ -21,14 +21,12 @@ from typing import Literal
 
 from flint import acb, acb_mat, arb, arb_mat, arb_series, fmpq
 
-from .formulas import Landing, Machine, Number, Refuted, Undecided, impact
+from .formulas import REGIMES, Landing, Machine, Number, Refuted, Undecided, impact
 from .near import near_inverse
 
 Stability = Literal["stable", "unstable", "undecided"]
-
 CIRCUIT = (-1, "no_impact")  # the leg of a motion without impacts
-#: Halvings of a piece of a flight, and pieces of one flight; boxes, each inside the one before.
-_DEEPEST, _MOST_PIECES, _NARROWER = 100, 20_000, 8
+_DEEPEST, _MOST_PIECES, _NARROWER = 100, 20_000, 8  # halvings and pieces of a flight; boxes
 
 
 @dataclass(frozen=True)
@@ -167,12 +165,12 @@ def show_motion(orbit: Orbit, flights: Sequence[Flight]) -> None:
 
 def show_clear(orbit: Orbit, k: int, flight: Flight) -> None:
     """Show that flight k meets no stop before its end, in pieces of time, which are halved."""
-    machine, first, last = orbit.machine, orbit.legs[k - 1][0], orbit.legs[k][0]
+    machine, (first, regime), last = orbit.machine, orbit.legs[k - 1], orbit.legs[k][0]
     coarse = 5 - math.floor(math.log2(float(flight.duration.mid())))
-    place, w, levels, pieces = fmpq(0), flight.start, list[int](), 0
+    place, w, levels, pieces, lost = fmpq(0), flight.start, list[int](), 0, False
     while True:
         level, pieces = levels.pop() if levels else coarse, pieces + 1
-        if pieces > _MOST_PIECES or level > coarse + _DEEPEST:
+        if lost or pieces > _MOST_PIECES or level > coarse + _DEEPEST:
             raise Undecided(f"leg {k + 1}: open whether a stop is met at {float(arb(place)):.6g}")
         half, here, left = arb(2) ** -(level + 1), w.entries(), []
         ends = flight.duration < arb(place) + 4 * half
@@ -180,11 +178,13 @@ def show_clear(orbit: Orbit, k: int, flight: Flight) -> None:
         after, wide = arb(2) ** -(reach + 1) * arb(1, 1), machine.step(reach, up_to=True) * w
         for j, stop in enumerate(machine.stops):
             rate, bend = stop.gap(wide.entries(), 1), stop.gap(wide.entries(), 2)
-            if place == 0 and j == first:  # g = 0; then g' < 0, or g' = 0 exactly and g'' < 0
-                clear = rate < 0 or (stop.restitution.is_zero() and bend < 0)
-            elif ends and j == last:  # g = 0 in the end, and g' > 0 before
-                clear = rate > 0
+            if place == 0 and j == first:  # g = 0, g' = -r u <= 0; then g' < 0, or g'' < 0
+                falls = regime in REGIMES[:2] or stop.restitution.is_zero()
+                clear = rate < 0 or (falls and bend < 0)
+            elif ends and j == last:  # g = 0 in the end, where g' = u > 0; g' > 0 before
+                clear = rate > 0 or bend < 0
             else:
+                lost |= not stop.gap(here) < 0  # then halving tells no more
                 clear = stop.gap(here) + after * (stop.gap(here, 1) + bend * after / 2) < 0
             left += [] if clear else [j]
         if ends and not left:

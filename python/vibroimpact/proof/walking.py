@@ -7,24 +7,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from flint import arb, arb_mat
+from flint import arb, arb_mat, arb_series
 from numpy.typing import NDArray
 
 from ..errors import ProofError
+from .along import residual
+from .chain import resolved
 from .files import text
 from .formulas import Undecided
-from .tube import (
-    TERMS,
-    Family,
-    Image,
-    Slice,
-    Tube,
-    derivative,
-    image,
-    near_inverse,
-    point_at,
-    slices,
-)
+from .near import inverse_of
+from .parts import Arc, Slice
+from .special import Touch
+from .touching import touches_in
+from .tube import TERMS, Family, Image, Tube, derivative, image
 
 Array = NDArray[np.float64]
 
@@ -46,25 +41,66 @@ _MOST_BEYOND, _AHEAD = 8, 4.0
 _NARROWINGS, _NARROWEST = 2, 44
 #: Part of a tube that may stay open, as about a bifurcation.
 _OPEN = 0.05
+#: Halvings of a part of a tube, and how many parts are halved.
+_HALVINGS, _MOST_OPEN = 30, 64
+#: Part of a tube that may be open after some halvings; more, where it is taken as it is.
+_DARKEST, _HASTE, _PATIENCE = 0.6, 3, 6
+#: Halvings after which it is asked whether what is open is about one special point.
+_ASKED = 3
+#: Least part of a tube that is kept.
+_WORTH = 0.03
 
 
 @dataclass(frozen=True)
 class Step:
-    """A tube, from where to where along it the branch was looked at, and what is shown there."""
+    """A tube, what is shown of its parts, and touches in it."""
 
     tube: Tube
-    until: arb
     told: list[Slice]
+    touches: list[Touch]
 
     def posed(self) -> dict[str, Any]:
         """As certificates write it."""
         tube = self.tube
+        times = [(about.lower().mid(), about.upper().mid()) for _, _, about in self.touches]
+        places = [[leg, stop] for leg, stop, _ in self.touches]
         return {
             "line": [[text(x) for x in row] for row in tube.line],
             "half": text(tube.half),
             "radius": [text(x) for x in tube.radius],
-            "until": text(self.until),
+            "cuts": [text(one.hi) for one in self.told],
+            "touches": [[*a, *map(text, b)] for a, b in zip(places, times, strict=True)],
         }
+
+
+def parts_of(arc: Arc, lo: arb, hi: arb, patience: int) -> tuple[list[Slice], list[Touch]]:
+    """Parts of a tube, and touches: what is open is halved, as long as it is little."""
+    told, touches = [arc.look(lo, hi)], list[Touch]()
+    for halving in range(_HALVINGS):
+        left = [k for k, one in enumerate(told) if not one.known]
+        dark = sum(float((told[k].hi - told[k].lo).upper()) for k in left)
+        tells = dark < _DARKEST * float((hi - lo).upper()) or halving < patience
+        if len(left) > _MOST_OPEN or not left or not tells:
+            break
+        if halving % _ASKED == _ASKED - 1:
+            touches = touches_in(arc, told)
+            if all(one.known for one in resolved(arc, told, touches)):
+                break
+        for k in reversed(left):
+            begin, end = told[k].lo, told[k].hi
+            middle = ((begin + end) / 2).mid()
+            told[k : k + 1] = [arc.look(begin, middle), arc.look(middle, end)]
+    return told, touches or touches_in(arc, told)
+
+
+def cut_back(told: list[Slice]) -> list[Slice]:
+    """Parts without those at the end that are open: the next tube has them in its middle."""
+    kept = list(told)
+    while kept and not kept[-1].known:
+        kept.pop()
+    kept = kept[:-1] if len(kept) < len(told) else kept
+    long = bool(kept) and kept[-1].hi - told[0].lo > _WORTH * (told[-1].hi - told[0].lo)
+    return kept if long else told
 
 
 def exact(values: Sequence[float] | Array) -> list[arb]:
@@ -75,7 +111,7 @@ def exact(values: Sequence[float] | Array) -> list[arb]:
 def direction_at(family: Family, y: Sequence[arb], before: Array) -> Array:
     """The unit direction of the branch, in the sense of another one."""
     size = len(y)
-    matrix = near_inverse(derivative(family, exact(before), y))
+    matrix = inverse_of(derivative(family, exact(before), y))
     column = np.array([float(matrix[i, size - 1].mid()) for i in range(size)])
     unit: Array = column / np.linalg.norm(column)
     return unit
@@ -86,7 +122,7 @@ def corrected(family: Family, y: Sequence[arb], direction: Array) -> list[arb]:
     across, z, near = exact(direction), list(y), None
     for _ in range(_STEPS):
         if near is None:
-            near = near_inverse(derivative(family, across, z))
+            near = inverse_of(derivative(family, across, z))
         rest = family.at(z[-1]).residual(z[:-1])
         plane = sum((s * (a - b) for s, a, b in zip(across, z, y, strict=True)), arb(0))
         step = (near * arb_mat(len(z), 1, [*rest, plane])).entries()
@@ -102,10 +138,12 @@ def corrected(family: Family, y: Sequence[arb], direction: Array) -> list[arb]:
 def line_through(family: Family, y: Sequence[arb], direction: Array) -> list[list[arb]]:
     """The power series of the branch about a point of it, order by order."""
     line = [list(y), exact(direction)]
-    near = near_inverse(derivative(family, line[1], y))
+    near = inverse_of(derivative(family, line[1], y))
     for k in range(2, TERMS):
-        tube = Tube(line, arb(0), [arb(0)] * len(y))
-        rest = family.residual(tube.series(arb(0), tube.radius), TERMS)[k]
+        columns = zip(*line, strict=True)
+        rest = residual(family.along([arb_series(list(x), TERMS) for x in columns], TERMS), TERMS)[
+            k
+        ]
         change = (near * arb_mat(len(y), 1, [*rest.entries(), arb(0)])).entries()
         line.append([-x.mid() for x in change])
     return line
@@ -203,7 +241,8 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
     direction = direction_at(family, y, direction)
     least = _SHORTEST * length
     half, longest, before, beyond = _FIRST * length, length, None, 0
-    tries, pause = _TRIES, 0
+    allowed = tries = _TRIES
+    pause = 0
     while True:
         tube, found, half = tube_from(family, y, direction, half, least)
         lo = -tube.half if before is None else tube.place(before)
@@ -213,16 +252,21 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
                 raise Undecided("two tubes are not joined")
             continue
         hi = arb(half)
-        told = slices(family, tube, found, lo, hi)
-        dark = sum(float(one.length.upper()) for one in told if not one.known)
+        arc = Arc.of(family, tube, found)
+        told, touches = parts_of(arc, lo, hi, _HASTE if tries else _PATIENCE)
+        open_ = [one for one in resolved(arc, told, touches) if not one.known]
+        dark = sum(float((one.hi - one.lo).upper()) for one in open_)
         if dark > _OPEN * half and half > _FINEST * length and tries:
             longest, half, tries = half, half / 2, tries - 1
             continue
         # where the verdict stays open some longer tubes are taken as they are
+        allowed = max(1, allowed // 2) if dark > _OPEN * half else _TRIES
         pause = _PAUSE if dark > _OPEN * half and tries else pause - 1
-        tries = 0 if pause > 0 else _TRIES
-        yield Step(tube, hi, told)
-        before = point_at(family, tube, found, hi)
+        tries = 0 if pause > 0 else allowed
+        told = cut_back(told)
+        hi = told[-1].hi
+        yield Step(tube, told, touches)
+        before = arc.point(hi)
         direction = np.array([float(x.mid()) for x in tube.coefficients(hi, 1)])
         direction /= np.linalg.norm(direction)
         y = [x.mid() for x in before]
