@@ -67,7 +67,7 @@ def gap_proof():
 def neimark_sacker_proof():
     """About a Neimark-Sacker bifurcation of the undamped system."""
     value = branch().bifurcations[6].value
-    return vi.prove(branch(), within=(value - 1e-6, value + 1e-6))
+    return vi.prove(branch(), within=(value - 1e-8, value + 1e-8))
 
 
 @cache
@@ -78,9 +78,31 @@ def short_proof():
 
 @cache
 def turned_proof():
-    """From the saddle-node of the undamped system to its period doubling, on both sides."""
-    turn, doubling = (branch().bifurcations[k].value for k in (3, 4))
-    return vi.prove(branch(), within=(turn - 1e-7, doubling + 1e-6))
+    """About a saddle-node of the undamped system, on both sides."""
+    turn = branch().bifurcations[3].value
+    return vi.prove(branch(), within=(turn - 1e-9, turn + 1e-8))
+
+
+@cache
+def doubled_proof():
+    """About a period doubling of the undamped system."""
+    doubling = branch().bifurcations[4].value
+    return vi.prove(branch(), within=(doubling - 1e-8, doubling + 1e-8))
+
+
+@cache
+def grazing_proof():
+    """An oscillator with one stop, up to where it does not reach it any more."""
+    oscillator = vi.Structure(
+        [[1]],
+        [[1]],
+        [vi.Stop([1], 0.3, 0.8)],
+        damping_ratios=[0.05],
+        drive_amplitude=[1],
+        drive_frequency=2.0,
+    )
+    motion = vi.simulate(oscillator, initial=[[0], [0]], periods=200, keep=50).refine()
+    return vi.prove(motion.follow(gap=(0.28, 0.34)), within=(0.332594, 0.3326))
 
 
 def test_a_damped_branch_is_stable_over_all_of_a_range():
@@ -126,19 +148,38 @@ def test_a_saddle_node_is_turned_around():
 
 
 def test_a_period_doubling_ends_stability():
-    proof = turned_proof()
     doubling = branch().bifurcations[4].value
-    (found,) = [one for one in proof.bifurcations if one.kind == "period_doubling"]
+    proof = doubled_proof()
+    found = [one for one in proof.bifurcations if one.lo <= doubling <= one.hi]
+    assert [(one.kind, one.single) for one in found] == [("period_doubling", True)]
+    assert found[0].hi - found[0].lo < 1e-12
+    (before,) = [one for one in proof.stretches if abs(one.hi - found[0].lo) < 1e-14]
+    after = [one for one in proof.stretches if abs(one.lo - found[0].hi) < 1e-14]
+    assert (before.stability, [one.stability for one in after]) == ("stable", ["unstable"])
+
+
+def test_a_branch_is_proved_up_to_its_graze():
+    """The steady oscillation without a stop just reaches a gap of this size."""
+    proof = grazing_proof()
+    graze = 1 / np.hypot(1 - 4, 2 * 0.05 * 2.0)
+    (found,) = [one for one in proof.bifurcations if one.kind == "grazing"]
     assert found.single
-    assert found.hi - found.lo < 1e-12
-    assert abs(found.lo - doubling) < 1e-9
-    (before,) = [one for one in proof.stretches if abs(one.hi - found.lo) < 1e-14]
-    (after,) = [
-        one
-        for one in proof.stretches
-        if abs(one.lo - found.hi) < 1e-14 and one.stability == "unstable"
-    ]
-    assert (before.stability, after.stability) == ("stable", "unstable")
+    assert found.hi - found.lo < 1e-14
+    assert abs(found.lo - graze) < 1e-12
+    motions = [one for one in proof.stretches if one.verdict == "proved"]
+    assert max(one.hi for one in motions) == found.lo
+    assert {one.why for one in proof.stretches if one.verdict == "disproved"} == {
+        "leg 1: the bodies do not approach"
+    }
+
+
+def test_what_cannot_be_enclosed_is_listed():
+    """An impact without slip before it, on a branch with friction."""
+    found = branch(0.0, 1.5, 1.9, 0.1)
+    (border,) = [one.value for one in found.bifurcations if str(one.kind) == "regime_border"]
+    proof = vi.prove(found, within=(border - 1e-7, border + 1e-7), max_tubes=2)
+    (left,) = [one for one in proof.uncovered if "regime_border" in one.why]
+    assert left.lo == left.hi == border
 
 
 def test_a_neimark_sacker_bifurcation_is_enclosed():

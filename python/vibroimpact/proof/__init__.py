@@ -1,8 +1,8 @@
 """Proofs of periodic motions in ball arithmetic.
 
 What a proof rests on stands in `formulas`, `verifier` and `certificate`, that motions are all in
-`all_solutions`, and of branches in `along`, `tube`, `special` and `chain`. All files but `call` and
-the results need python-flint; they are imported when a proof is asked for.
+`all_solutions`, and of branches in `along`, `tube`, `parts`, `special` and `chain`. All files but
+`call` and the results need python-flint; they are imported when a proof is asked for.
 """
 
 from .branch_result import BranchProof, ProvedBifurcation, ProvedStretch, Unproved

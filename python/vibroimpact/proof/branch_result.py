@@ -60,9 +60,9 @@ class ProvedBifurcation:
     label
         The motion's m-n.
     single
-        Whether it is shown that there is exactly one: Krawczyk's operator contracts on its extended
-        system (test function), in a box that holds all of the branch that is open around it. Else
-        there is at least one, by a change of sign.
+        Whether it is shown that there is exactly one on the part of the branch that is open around
+        it: its test function has one zero there. Else there is at least one, by what differs on
+        both sides.
 
     Examples
     --------
@@ -120,7 +120,8 @@ class BranchProof(Theorem):
     bifurcations
         Enclosed ones between them.
     uncovered
-        What is left open, with its reason: narrow ranges about bifurcations, too.
+        What is left open, with its reason: bifurcations that are not enclosed, and ranges that no
+        tube reaches, too.
     certificate
         The problem and the claims in exact numbers, as ``save`` writes them; empty if nothing is
         shown.

@@ -100,7 +100,7 @@ def cut_back(told: list[Slice]) -> list[Slice]:
         kept.pop()
     kept = kept[:-1] if len(kept) < len(told) else kept
     long = bool(kept) and kept[-1].hi - told[0].lo > _WORTH * (told[-1].hi - told[0].lo)
-    return kept if long else told
+    return kept if long and len(kept) < len(told) else told
 
 
 def exact(values: Sequence[float] | Array) -> list[arb]:
@@ -237,7 +237,10 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
     progress = Progress(points)
     direction = points[1] - points[0]
     direction /= np.linalg.norm(direction)
-    y = corrected(family, exact(points[0]), direction)
+    try:  # a border at the first point is shown from both sides
+        y = corrected(family, exact(points[0] - _BEFORE * (points[1] - points[0])), direction)
+    except (Undecided, ValueError, ZeroDivisionError):
+        y = corrected(family, exact(points[0]), direction)
     direction = direction_at(family, y, direction)
     least = _SHORTEST * length
     half, longest, before, beyond = _FIRST * length, length, None, 0
@@ -263,7 +266,7 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
         allowed = max(1, allowed // 2) if dark > _OPEN * half else _TRIES
         pause = _PAUSE if dark > _OPEN * half and tries else pause - 1
         tries = 0 if pause > 0 else allowed
-        told = cut_back(told)
+        whole, told = told, cut_back(told)
         hi = told[-1].hi
         yield Step(tube, told, touches)
         before = arc.point(hi)
@@ -273,7 +276,7 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
         place = np.array([float(x) for x in y])
         # past the last point; a border there is shown from both sides
         beyond += bool(beyond) or progress.move(place, _AHEAD * half)
-        if beyond > _MOST_BEYOND or (beyond and told[-1].known):
+        if beyond > _MOST_BEYOND or (beyond and told is whole and told[-1].known):
             return
         # a tube that was too long is tried again some time later
         longest *= 1.1
