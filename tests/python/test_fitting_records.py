@@ -117,3 +117,41 @@ def test_acceleration_in_contact_is_that_of_the_motion():
     h = 1e-4
     ends = [run.trajectory(times[held] + k * h)[:, 1] for k in (-1, 1)]
     assert measured == pytest.approx((ends[1] - ends[0]) / (2 * h), abs=1e-5)
+
+
+CHATTERING = PAPER.replace(
+    restitution=0.5, gap=0.3, drive_frequency=0.35, moment_amplitude=2, friction=0.1,
+    damping=(0.1, 0.1),
+)  # fmt: skip
+
+
+def test_rows_that_are_nearer_than_the_resolution_are_left_out():
+    record = vi.Record("impact_times", [1.0, 2.0, 2.05, 2.06, 4.0], sigma=0.01, resolution=0.1)
+    assert record.times.tolist() == [1.0, 2.0, 4.0]
+    assert len(record.sigma) == 3
+    with pytest.raises(vi.ParameterError, match=r"resolution = 0.1 .*None but for impact times"):
+        vi.Record("x1", [0.0, 1.0], [0.0, 1.0], resolution=0.1)
+    with pytest.raises(vi.ParameterError, match=r"resolution = 0.0"):
+        vi.Record("impact_times", [1.0], resolution=0.0)
+    with pytest.raises(vi.ParameterError, match="resolution"):
+        vi.measure(RUN, "x1", sampling=0.1, resolution=0.1)
+
+
+@pytest.mark.parametrize(("noise", "resolution"), [(1e-3, 0.02), (1e-3, 0.1), (1e-2, 0.05)])
+def test_chatter_is_fitted_as_far_as_it_is_heard(noise, resolution, tmp_path):
+    run = vi.simulate(CHATTERING, initial=START, periods=6)
+    assert run.label == "1-inf"
+    heard = vi.measure(run, "impact_times", noise=noise, resolution=resolution, seed=3)
+    assert len(heard) < len(run.impacts)
+    guess = CHATTERING.replace(restitution=0.55, gap=0.32)
+    options = {"unknown": ["restitution", "gap"], "initial": START}
+    found = vi.fit(heard, guess, **options)
+    assert found.verdict == "fits"
+    off = (found.estimates - [0.5, 0.3]) / found.standard_errors
+    assert np.abs(off).max() < 4.0
+    found.save(tmp_path / "fit.npz")
+    assert vi.load(tmp_path / "fit.npz").records[0].resolution == resolution
+    # Where it is said that all impacts are heard, those at the end of the chatter are missed.
+    all_of_them = vi.Record("impact_times", heard.times, sigma=noise)
+    other = vi.fit(all_of_them, guess, **options, starts=1)
+    assert "not in the record" in other.summary()

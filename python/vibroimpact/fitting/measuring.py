@@ -32,6 +32,7 @@ def measure(
     at: ArrayLike | None = None,
     sampling: float | None = None,
     jitter: float = 0.0,
+    resolution: float | None = None,
     seed: int = 0,
 ) -> Record:
     """Return a record as a measurement of a run would give it: to plan one, or to try a fit.
@@ -55,6 +56,8 @@ def measure(
     jitter
         Standard deviation of errors of the instants of measurement: the record has the intended
         times. ``sigma`` of the record takes them into account.
+    resolution
+        Of times of impacts: what comes sooner after another impact is not heard, as in `Record`.
     seed
         Of the random numbers.
 
@@ -97,7 +100,11 @@ def measure(
         for name, value in (("at", at), ("sampling", sampling)):
             if value is not None:
                 reject(name, value, "None for impact times")
-        return _heard(run, what, float(np.hypot(noise, jitter)), random)
+        if resolution is not None:
+            resolution = positive("resolution", resolution)
+        return _heard(run, what, float(np.hypot(noise, jitter)), resolution, random)
+    if resolution is not None:
+        reject("resolution", resolution, "None but for impact times")
     times = _instants(run, at, sampling)
     true = times
     spread = np.full(len(times), noise)
@@ -117,15 +124,17 @@ def need_run(run: Any) -> None:
         reject("run", run, "a vibroimpact.Run or a vibroimpact.StructureRun")
 
 
-def _heard(run: AnyRun, kind: str, noise: float, random: np.random.Generator) -> Record:
+def _heard(
+    run: AnyRun, kind: str, noise: float, resolution: float | None, random: np.random.Generator
+) -> Record:
     """Return the times of impacts with errors, in their order."""
-    exact = np.asarray(run.impacts["time"])[heard_in(run, kind)]
+    exact = np.asarray(run.impacts["time"])[heard_in(run, kind, resolution)]
     if not len(exact):
         reject("run", run, "a run with an impact to be heard")
     times = np.sort(np.maximum(exact + noise * random.standard_normal(len(exact)), 0.0))
     for k in np.flatnonzero(np.diff(times) <= 0.0):  # both at 0, or equal by chance
         times[k + 1] = np.nextafter(times[k], np.inf)
-    return Record(kind, times, sigma=noise or None)
+    return Record(kind, times, sigma=noise or None, resolution=resolution)
 
 
 def _instants(run: AnyRun, at: Any, sampling: Any) -> Array:

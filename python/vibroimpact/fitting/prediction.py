@@ -40,12 +40,16 @@ def kinds_in_words(machine: Machine) -> str:
     return ", ".join([IMPACT_TIMES, *(f"{kind}_0 ... {kind}_{end}" for kind, end in ends)])
 
 
-def heard_in(run: Any, kind: str) -> NDArray[np.int64]:
+def heard_in(run: Any, kind: str, resolution: float | None) -> NDArray[np.int64]:
     """Return the rows of the impacts of a run that a record of their times hears."""
     stop = stop_of(kind)
-    if stop is None:
-        return np.arange(len(run.impacts))
-    return np.flatnonzero(np.asarray(run.impacts["stop"]) == stop)
+    rows = np.arange(len(run.impacts))
+    if stop is not None:
+        rows = np.flatnonzero(np.asarray(run.impacts["stop"]) == stop)
+    if resolution is None:
+        return rows
+    times = np.asarray(run.impacts["time"])[rows]
+    return rows[np.diff(times, prepend=-np.inf) >= resolution]
 
 
 def states_at(run: Any, times: Array) -> Array:

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 _MOST_EXTENSIONS = 3
 # A run ends a little after the last instant that it is asked for.
 _BEYOND = 1.0 + 1e-6
+# Where a measured impact is none of the motion: it lacks it, or the record may have it wrongly.
+MISSING, DOUBTFUL = -1, -2
 # Standard errors that two impacts are apart at least where one is not taken for the other.
 _ERRORS = 6.0
 # Events of a run: so many for each row of a record, and so many more.
@@ -73,9 +75,10 @@ class Evaluation:
     predicted
         What is compared with the values.
     places
-        Of impact times, for each segment: which impact of its run each row is, -1 for none.
+        Of impact times, for each segment: which impact of its run each row is; or
+        MISSING, or DOUBTFUL where it is not sure that it was heard.
     heard
-        Of impact times, for each segment: the impacts of its run that could have been heard.
+        Of impact times, for each segment: the impacts of its run that must have been heard.
     defects
         End of each segment minus start of the next, flat.
     """
@@ -93,7 +96,10 @@ class Evaluation:
     def missing(self) -> int:
         """How many measured impacts the motion lacks."""
         return sum(
-            int((mine < 0).sum()) for many in self.places for mine in many if mine is not None
+            int((mine == MISSING).sum())
+            for many in self.places
+            for mine in many
+            if mine is not None
         )
 
     def unheard(self, end: float) -> list[float]:
@@ -163,7 +169,7 @@ class Problem:
         )
         heard = [
             [
-                heard_in(run, record.kind) if is_heard(record.kind) else _NONE
+                _surely_heard(run, record) if is_heard(record.kind) else _NONE
                 for record in self.records
             ]
             for run in runs
@@ -231,14 +237,18 @@ class Problem:
         """Return which impacts of a run the rows of a record are; None for other kinds."""
         if not is_heard(record.kind):
             return None
-        could = heard_in(run, record.kind)
+        could = heard_in(run, record.kind, record.resolution)
         found = aligned(
             record.times[rows],
             _reach(record)[rows],
             begin + np.asarray(run.impacts["time"])[could],
             np.asarray(run.impacts["approach_velocity"])[could],
         )
-        found[found >= 0] = could[found[found >= 0]]
+        alone = found == MISSING
+        found[~alone] = could[found[~alone]]
+        if record.resolution is not None:
+            near = np.diff(record.times, prepend=-np.inf)[rows] < _sure(record)
+            found[alone & near] = DOUBTFUL
         return found
 
     def _run(
@@ -247,9 +257,7 @@ class Problem:
         """Return the run of a segment, long enough for its impacts if they come; or None."""
         pairs = [*zip(self.records, rows, strict=True)]
         cap = _EVENTS_PER_ROW * max(mine.stop - mine.start for _, mine in pairs) + _MORE_EVENTS
-        heard = [
-            (record.kind, mine.stop - mine.start) for record, mine in pairs if is_heard(record.kind)
-        ]
+        heard = [(each, mine.stop - mine.start) for each, mine in pairs if is_heard(each.kind)]
         turned: Any = machine._turned(machine.drive_frequency * begin) if begin else machine
         more = machine._usual_period
         whole = length * _BEYOND
@@ -261,7 +269,9 @@ class Problem:
                 return None
             if run.final_state.time < length:
                 return None
-            enough = all(len(heard_in(run, kind)) >= many for kind, many in heard)
+            enough = all(
+                len(heard_in(run, each.kind, each.resolution)) >= many for each, many in heard
+            )
             if enough or run.stop_reason != "completed":
                 break
             whole += max(more, 0.5 * whole)
@@ -275,6 +285,18 @@ def _reach(record: Record) -> Array:
     """
     beside = intervals(record.times)
     return beside if record.sigma is None else np.maximum(beside, _ERRORS * record.sigma)
+
+
+def _sure(record: Record) -> float:
+    """Return the interval above which an impact is surely heard, and below which it may be none."""
+    error = 0.0 if record.sigma is None else float(record.sigma.max())
+    return (record.resolution or 0.0) + _ERRORS * error
+
+
+def _surely_heard(run: Any, record: Record) -> Places:
+    """Return the impacts of a run that a record must have."""
+    shortest = None if record.resolution is None else _sure(record)
+    return heard_in(run, record.kind, shortest)
 
 
 # Impacts of a record that hears none.
@@ -291,11 +313,12 @@ def _product(moved: Array, chain: Array) -> Array:
 def _values(run: Any, record: Record, rows: slice, places: Places | None, begin: float) -> Array:
     """Return what a segment predicts of its rows of a record.
 
-    Of a missing impact it is a time that is half an interval off.
+    Of a missing impact it is a time that is half an interval off; a doubtful one does not count.
     """
     if places is None:
         return predicted(run, record.kind, record.times[rows] - begin)
     times = begin + np.asarray(run.impacts["time"])
-    found = record.times[rows] + 0.5 * intervals(record.times)[rows]
+    missing = places == MISSING
+    found = record.times[rows] + np.where(missing, 0.5 * intervals(record.times)[rows], 0.0)
     found[places >= 0] = times[places[places >= 0]]
     return found

@@ -10,12 +10,12 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import array_of, as_floats, in_short, naming, reject
+from ..arguments import array_of, as_floats, in_short, naming, positive, reject
 from ..arguments import path as checked_path
 from ..errors import ParameterError
 from ..fixed_arrays import FixedArrays
@@ -70,6 +70,10 @@ class Record(FixedArrays, Shown):
         Standard error of the values, or of the times of impacts: one number > 0, or one for each
         row. None if it is not known: it is then taken from the scatter of the residuals, and
         whether the size of the residuals fits cannot be judged.
+    resolution
+        Of times of impacts: an impact that follows another one, or one that was not heard, by less
+        time than this is not heard. Such rows are left out, and such impacts of the machine are not
+        looked for in the record: those at the end of a chatter. None if all impacts are heard.
     name
         What messages and drawings call it; the kind if not given.
 
@@ -95,6 +99,7 @@ class Record(FixedArrays, Shown):
     times: Array
     values: Array
     sigma: Array | None
+    resolution: float | None
     name: str
 
     @naming
@@ -105,17 +110,17 @@ class Record(FixedArrays, Shown):
         values: ArrayLike | None = None,
         *,
         sigma: ArrayLike | None = None,
+        resolution: float | None = None,
         name: str | None = None,
     ) -> None:
-        self._set(kind, times, values, sigma, name, [])
+        words = _words(kind, resolution, name)
+        self._set(words, times, values, sigma, [])
 
     def _set(
-        self, kind: Any, times: Any, values: Any, sigma: Any, name: Any, lines: Sequence[str]
+        self, words: _Words, times: Any, values: Any, sigma: Any, lines: Sequence[str]
     ) -> None:
         """Check and set all; ``lines`` says where the rows stand in a file."""
-        kind = _kind(kind)
-        if name is not None and not isinstance(name, str):
-            reject("name", name, "a string")
+        kind = words.kind
         rows = _Rows(lines)
         instants = rows.numbers("times", times)
         if not len(instants):
@@ -137,10 +142,14 @@ class Record(FixedArrays, Shown):
                 reject("values", values, f"an array of {len(instants)} numbers for {kind!r}")
             measured = rows.numbers("values", values, len(instants))
         error = None if sigma is None else rows.errors(sigma, len(instants))
+        if words.resolution is not None:
+            apart = np.diff(instants, prepend=-np.inf) >= words.resolution
+            instants = measured = instants[apart]
+            error = None if error is None else error[apart]
         for array in (instants, measured, error):
             if array is not None:
                 array.flags.writeable = False
-        fields = (kind, instants, measured, error, kind if name is None else name)
+        fields = (kind, instants, measured, error, words.resolution, words.name)
         for field, value in zip(self.__dataclass_fields__, fields, strict=True):
             object.__setattr__(self, field, value)
 
@@ -156,6 +165,7 @@ class Record(FixedArrays, Shown):
         sigma: str | float | None = None,
         delimiter: str = ",",
         skip_empty: bool = False,
+        resolution: float | None = None,
         name: str | None = None,
     ) -> Self:
         r"""Read a record from a CSV file with a line of column names.
@@ -176,6 +186,8 @@ class Record(FixedArrays, Shown):
             What stands between columns, one character.
         skip_empty
             Leave out rows whose time or value is an empty cell; else they are an error.
+        resolution
+            Shortest time between impacts that are heard, as in `Record`.
         name
             What the record is called, as in `Record`.
 
@@ -197,9 +209,8 @@ class Record(FixedArrays, Shown):
             reject("delimiter", delimiter, "one character")
         if not isinstance(skip_empty, bool):
             reject("skip_empty", skip_empty, "True or False")
-        kind = _kind(kind)
-        if name is not None and not isinstance(name, str):
-            reject("name", name, "a string")
+        words = _words(kind, resolution, name)
+        kind = words.kind
         file = checked_path("path", path)
         columns = {"time": time}
         if not is_heard(kind):
@@ -215,7 +226,7 @@ class Record(FixedArrays, Shown):
             read, lines = _columns(text, file, columns, delimiter, skip_empty)
         record = cls.__new__(cls)
         errors = read.get("sigma", sigma)
-        record._set(kind, read["time"], read.get("value"), errors, name, lines)
+        record._set(words, read["time"], read.get("value"), errors, lines)
         return record
 
     def _in_units_of(self, scales: Scales) -> Record:
@@ -227,7 +238,9 @@ class Record(FixedArrays, Shown):
             unit = (scales.length if self.kind[1:] == "2" else 1.0) / scales.time**order
             values = self.values / unit
         sigma = None if self.sigma is None else self.sigma / unit
-        return Record(self.kind, self.times / scales.time, values, sigma=sigma, name=self.name)
+        shortest = None if self.resolution is None else self.resolution / scales.time
+        times = self.times / scales.time
+        return Record(self.kind, times, values, sigma=sigma, resolution=shortest, name=self.name)
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -256,11 +269,25 @@ class Record(FixedArrays, Shown):
         }
 
 
-def _kind(given: Any) -> str:
-    """Return the checked kind of a record; which of them a machine has is asked later."""
-    if not isinstance(given, str) or not _KINDS.fullmatch(given):
-        reject("kind", given, "'impact_times', or a coordinate, its rate or acceleration, as 'x1'")
-    return given
+class _Words(NamedTuple):
+    """What a record says of itself."""
+
+    kind: str
+    resolution: float | None
+    name: str
+
+
+def _words(kind: Any, resolution: Any, name: Any) -> _Words:
+    """Return what a record says of itself, checked; which kinds a machine has is asked later."""
+    if not isinstance(kind, str) or not _KINDS.fullmatch(kind):
+        reject("kind", kind, "'impact_times', or a coordinate, its rate or acceleration, as 'x1'")
+    if resolution is not None:
+        if not is_heard(kind):
+            reject("resolution", resolution, "None but for impact times")
+        resolution = positive("resolution", resolution)
+    if name is not None and not isinstance(name, str):
+        reject("name", name, "a string")
+    return _Words(kind, resolution, kind if name is None else name)
 
 
 class _Rows:

@@ -257,7 +257,7 @@ class Fit(Determined):
             arrays["profile"] = self.profile
         kinds = []
         for number, record in enumerate(self.records):
-            kinds.append([record.kind, record.name])
+            kinds.append([record.kind, record.name, record.resolution])
             arrays |= {f"times_{number}": record.times, f"values_{number}": record.values}
             if record.sigma is not None:
                 arrays[f"sigma_{number}"] = record.sigma
@@ -288,13 +288,14 @@ class Fit(Determined):
     @classmethod
     def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
         records = []
-        for number, (kind, name) in enumerate(metadata["records"]):
+        for number, (kind, name, resolution) in enumerate(metadata["records"]):
             records.append(
                 Record(
                     kind,
                     arrays[f"times_{number}"],
                     None if is_heard(kind) else arrays[f"values_{number}"],
                     sigma=arrays.get(f"sigma_{number}"),
+                    resolution=resolution,
                     name=name,
                 )
             )
