@@ -15,7 +15,6 @@ from .. import archive
 from ..arguments import count as counted_argument
 from ..errors import ParameterError
 from ..interruption import interruptible
-from ..machine import Machine
 from ..made import numbers_of, varied
 from ..showing import Facts, counted
 from ..sweeps.machines import machine_from_dict
@@ -108,7 +107,7 @@ class Fit(Determined):
 
     verdict: Verdict
     reasons: tuple[str, ...]
-    machine: Machine
+    machine: Any
     initial: tuple[Any, ...]
     ranges: Array
     profile: Array | None
