@@ -91,8 +91,9 @@ def fit(
         ``"linear"``, least squares; or what bears outliers: ``"huber"``, ``"soft_l1"``,
         ``"cauchy"``, with constants for 95 % efficiency at normal errors (``"soft_l1"`` between).
     starts
-        How many starts of the search are tried, until one fits: the first guesses, then random
-        ones, in the ranges or, where there are none, around the guesses.
+        How many starts of the search are tried, until one fits with residuals that are not
+        improbably large: the first guesses, then random ones, in the ranges or, where there are
+        none, around the guesses and the best so far.
     seed
         Of the random starts.
     units
