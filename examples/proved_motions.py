@@ -53,7 +53,7 @@ class Tally:
 
 
 def system_at_random(random: np.random.Generator) -> Drawn:
-    """Draw a system of section 1 or 11 of the theory page, two axes of a chart, and a start."""
+    """Draw a system, with or without constant loads, two axes of a chart, and a start."""
 
     def one_of(*values: float) -> float:
         return float(random.choice(values))

@@ -1,7 +1,7 @@
 //! Instantaneous planar impact with Coulomb friction (docs/theory.md, section 4;
 //! Han, Jin & Hu (2004), section 2).
 //!
-//! The law is written in contact coordinates (section 12, model/contact_coordinates.rs), for any
+//! The law is written in contact coordinates (model/contact_coordinates.rs), for any
 //! two bodies. With the normal impulse P on the contact,
 //!
 //! ```text

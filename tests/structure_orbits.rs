@@ -32,7 +32,7 @@ fn system(&(mass_ratio, frequency, f1, f2, omega, damping, r): &Head) -> System 
         .unwrap()
 }
 
-/// The same machine as a structure (docs/theory.md, section 12).
+/// The same machine as a structure (docs/structures.md).
 fn structure(&(mass_ratio, frequency, f1, f2, omega, damping, r): &Head) -> Structure {
     let diagonal = |a: f64, b: f64| vec![vec![a, 0.0], vec![0.0, b / mass_ratio]];
     Structure::builder(diagonal(1.0, 1.0), diagonal(frequency * frequency, 1.0))

@@ -263,7 +263,8 @@ def horizon(drive_frequency: float, *, periods: Any, time: Any, keep: Any) -> Ho
     if drive_frequency == 0.0:
         for name, value in (("periods", periods), ("keep", keep)):
             if value is not None:
-                reject(name, value, "None for drive_frequency = 0 (no drive period): use time=")
+                allowed = "None for drive_frequency = 0, without a drive period: give one, or time="
+                reject(name, value, allowed)
     if periods is None:
         if keep is not None:
             reject("keep", keep, "None together with time=; it counts drive periods")

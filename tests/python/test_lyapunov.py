@@ -18,7 +18,7 @@ def paper(frequency: float, **others) -> vi.System:
 
 @pytest.fixture(scope="module")
 def chaotic() -> vi.LyapunovSpectrum:
-    # Fig. 9(2): about +0.025 (docs/theory.md, section 10).
+    # Fig. 9(2): about +0.025 (docs/claims.md).
     return vi.lyapunov_spectrum(paper(1.545, friction=0.5), initial=START, periods=20_000)
 
 

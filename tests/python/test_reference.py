@@ -58,8 +58,8 @@ def long_runs() -> dict[str, vi.Run]:
     }
 
 
-# The transients of these two lie beyond the horizon of double precision (docs/theory.md,
-# section 10): only the motion they settle on can be compared.
+# The transients of these two lie beyond the horizon of double precision (docs/claims.md):
+# only the motion they settle on can be compared.
 BEYOND_HORIZON = {"fig6a", "fig9_2"}
 
 

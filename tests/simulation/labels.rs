@@ -47,7 +47,7 @@ fn labels_hold_with_twice_the_periods() {
 
 #[test]
 fn the_label_of_a_settled_motion_does_not_depend_on_how_much_is_kept() {
-    // 1-1 at 1.25 and 1.8, 2-4 at 1.1 (docs/theory.md, section 10), with the transient kept too.
+    // 1-1 at 1.25 and 1.8, 2-4 at 1.1 (docs/claims.md), with the transient kept too.
     for (drive_frequency, label) in [(1.25, "1-1"), (1.8, "1-1"), (1.1, "2-4")] {
         let system = paper(drive_frequency).build().unwrap();
         for keep in [50, 100, 300, 600] {

@@ -115,7 +115,7 @@ fn a_weak_spring_loses_no_digits() {
     }
 }
 
-/// Theory page, section 11: one bounce per period on a table A cos(omega t), at +- pi G/omega
+/// Constant loads (docs/special-systems.md): one bounce per period on a table A cos(omega t), at +- pi G/omega
 /// relative to the ground.
 #[test]
 fn a_ball_bounces_once_per_period_of_a_table() {

@@ -61,9 +61,9 @@ def prove(
     Parameters
     ----------
     motion
-        As ``refine``, ``periodic_motion``, a branch or a search returns it, with impacts, of a
-        `System` under every law but ``"paper"``, or of a `Structure`. It need not be admissible:
-        then the proof may say that there is no motion. Or all n-1 motions, as
+        As ``refine``, ``periodic_motion``, a branch or a search returns it, also without impacts,
+        of a `System` under every law but ``"paper"``, or of a `Structure`. It need not be
+        admissible: then the proof may say that there is no motion. Or all n-1 motions, as
         ``periodic_motions`` returns them. Or a branch of motions, as ``follow`` returns it, over a
         parameter of a `System`, or over the drive's frequency or phase or a number of one stop of a
         `Structure`.

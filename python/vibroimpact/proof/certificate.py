@@ -52,7 +52,7 @@ def numbers(given: Any, kind: type = fmpq) -> Any:
 
 
 def machine_in(given: Mapping[str, Any]) -> Machine:
-    """The machine of a certificate, one of section 1 or 12."""
+    """The machine of a certificate, of two bodies or a structure."""
     law, kind = given["law"], given["kind"]
     known = law in ("poisson", "newton", "energetic") and kind in ("two bodies", "structure")
     need(known, f"law {law!r} of {kind!r}")

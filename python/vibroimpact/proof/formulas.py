@@ -131,7 +131,7 @@ def two_bodies(number: Mapping[str, Number], contact: str, law: str, wall_rests:
 
 
 def structure(given: Mapping[str, Any], law: str) -> Machine:
-    """The structure of section 12: matrices of exact numbers, and balls."""
+    """A structure with stops: matrices of exact numbers, and balls."""
     inverse, phase, stops = fmpq_mat(given["mass"]).inv(), given["phase"], []
     inner, n = inverse * fmpq_mat(given["stiffness"]), inverse.nrows()
     if "damping" in given:

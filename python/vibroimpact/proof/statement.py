@@ -107,13 +107,13 @@ def machine_sentence(given: Mapping[str, Any]) -> str:
         numbers = ", ".join(f"{name} = {_number(x)}" for name, x in given["numbers"].items())
         rests = ", the second body a wall at rest" if given["wall_rests"] else ""
         return (
-            f"Consider the two bodies of section 1 with {given['contact']} contact and {law} of "
-            f"impact{rests}; {numbers} {_exact(numbers)}."
+            f"Consider vibroimpact's System (its page on theory) with {given['contact']} contact "
+            f"and {law} of impact{rests}; {numbers} {_exact(numbers)}."
         )
     size, stops = len(given["mass"]), given["stops"]
     told = (
-        f"Consider the structure of section 12 with {counted(size, 'coordinate')}, "
-        f"{counted(len(stops), 'stop')} and {law} of impact"
+        f"Consider vibroimpact's Structure (its page on structures) with "
+        f"{counted(size, 'coordinate')}, {counted(len(stops), 'stop')} and {law} of impact"
     )
     if max(size, len(stops)) > _MOST:
         return f"{told}; matrices, loads and stops are those of the certificate."

@@ -8,7 +8,7 @@ A motion without impacts is one leg, where R is the identity, and t_0 = 0 in the
    K(Z) = z0 - A F(z0) + (I - A DF(Z)) (Z - z0), with any matrix A. If K lies inside Z there is
    exactly one (Neumaier, Interval Methods for Systems of Equations (1990), section 5.1).
 2. It is a motion. At the zero flight times and approach velocities are positive, the inequalities
-   of each regime hold strictly (section 4), and no flight meets a stop before its end (section 13).
+   of each regime hold strictly (section 4), and no flight meets a stop before its end.
 3. It is stable, or not: multipliers of the return map (section 7), from DF.
 """
 
