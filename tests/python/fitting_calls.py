@@ -106,7 +106,7 @@ def fitting_calls() -> dict[str, tuple[Any, ...]]:
         "expected_errors": (
             vi.expected_errors,
             {"run": run(), "record": heard(), "unknown": ["gap"]},
-            dict.fromkeys(("run", "record", "unknown"), "object"),
+            dict.fromkeys(("run", "record", "unknown"), "object") | {"system": "object or none"},
         ),
         "Fit.sample": (
             found().sample,

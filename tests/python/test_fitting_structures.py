@@ -188,6 +188,20 @@ def test_expected_errors_of_a_structure_are_those_of_a_fit():
     assert expected.standard_errors == pytest.approx(found.standard_errors, rel=0.05)
 
 
+def test_expected_errors_of_numbers_of_a_function():
+    def at_truth(k=TRUE["k"], r=TRUE["r"], gap=TRUE["gap"]):
+        return chain(k, r, gap)
+
+    record = measured("q_2", 0.01)
+    names = ["k", "r", "gap"]
+    expected = vi.expected_errors(STRUCK, record, unknown=names, system=at_truth)
+    found = vi.fit(record, chain, unknown=names, initial=REST[3])
+    assert expected.standard_errors == pytest.approx(found.standard_errors, rel=0.05)
+    assert expected.values == TRUE
+    with pytest.raises(vi.ParameterError, match="defaults make the machine of the run"):
+        vi.expected_errors(STRUCK, record, unknown=names, system=chain)
+
+
 def test_a_fit_of_a_structure_is_drawn():
     found = vi.fit(measured("a_2", 0.01), CHAIN, unknown=["gap_0"], initial=REST[3])
     top, bottom = found.plot()

@@ -171,6 +171,7 @@ def expected_errors(
     record: Record | Sequence[Record],
     *,
     unknown: Sequence[str] | Mapping[str, tuple[float, float] | None],
+    system: Callable[..., Any] | None = None,
 ) -> ExpectedErrors:
     """Return the standard errors that a measurement would leave, before it is made.
 
@@ -184,7 +185,10 @@ def expected_errors(
         The plan: records with times and ``sigma``, as ``measure`` with ``noise`` makes them; the
         values do not matter.
     unknown
-        As in ``fit``.
+        What would be looked for, as in ``fit``.
+    system
+        A function of named numbers that makes the machine of the run, for unknowns among them: at
+        its defaults, or the middles of the ranges.
 
     Returns
     -------
@@ -212,12 +216,17 @@ def expected_errors(
         if each.sigma is None:
             reject(f"record[{place}]", each, "a record with sigma")
     start = np.array(run.initial, dtype=np.float64).ravel()
-    unknowns = unknowns_of(unknown, run.system, start)
-    _check_records(records, run.system)
-    problem = Problem(run.system, start, unknowns, records)
+    machine = run.system
+    if system is not None:
+        machine = _machine(system, unknown)
+        if machine != run.system:
+            reject("system", system, "a function whose defaults make the machine of the run")
+    unknowns = unknowns_of(unknown, machine, start)
+    _check_records(records, machine)
+    problem = Problem(machine, start, unknowns, records)
     sigmas = [each.sigma for each in records if each.sigma is not None]
     search = Search(problem, sigmas, "linear")
-    values = unknowns.values_of(run.system, start)
+    values = unknowns.values_of(machine, start)
     end = max(float(each.times[-1]) for each in records)
     window = Window((0.0,), max(end, 1e-9))
     point = Point(values, np.zeros((0, len(start))))
