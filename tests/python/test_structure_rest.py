@@ -70,3 +70,36 @@ def test_without_a_drive_as_the_ball_on_a_table():
     of_structure = vi.simulate(same, initial=[[-1], [0]], time=40)
     assert of_structure.stop_reason == of_ball.stop_reason == "rest"
     assert of_structure.final_state.time == 40.0
+
+
+def test_a_low_bounce_that_ends_as_another_stop_comes_to_rest():
+    """Four stops in a corner, chatter of chatter: one at rest takes the approach to another."""
+    mass = [
+        [1.0146, 0.1726, 0.2149, -0.1419],
+        [0.1726, 2.2209, -0.7331, -0.3017],
+        [0.2149, -0.7331, 1.0033, 0.1045],
+        [-0.1419, -0.3017, 0.1045, 0.7595],
+    ]
+    normals = [
+        [1.0421, -0.1215, 0.3922, -0.0185],
+        [0.1113, 0.7069, 0.2427, -0.1233],
+        [0.1336, -0.225, 1.0466, 0.0349],
+        [-0.376, 0.0007, 0.0682, 0.8936],
+    ]
+    corner = vi.Structure(
+        mass,
+        np.zeros((4, 4)),
+        [vi.Stop(normal, 0.0, 0.5) for normal in normals],
+        static_load=[2.5159, 0.8859, 2.91, 0.4664],
+        simultaneous="together",
+    )
+    start = [[-0.4006, -0.6752, -0.6436, -0.2154], [0.6655, 0.3169, 0.2049, 0.5503]]
+    run = vi.simulate(corner, initial=start, time=30, max_events=200_000)
+    assert run.stop_reason in ("completed", "rest")
+    # Such a bounce is told, without an impulse.
+    low = run.impacts[run.impacts["impulse_normal"] == 0.0]
+    assert len(low) > 0
+    assert not low["approach_velocity"].any()
+    assert np.abs(normals @ run.final_state.q).max() < 1e-15
+    audit = run.energy_audit()
+    assert abs(audit.residual) < 1e-12 * audit.total

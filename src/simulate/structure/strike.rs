@@ -168,7 +168,18 @@ impl Motion {
                         return Err(NotStruck::Stops(StopReason::Simultaneous, pre));
                     };
                     let mut impacts = impacts.into_iter();
-                    let Some(first) = impacts.next() else { return Err(NotStruck::NotFinite) };
+                    // A bounce as low as those on stops that have come to rest may have ended with
+                    // them: nothing approaches any more.
+                    let first = impacts.next().unwrap_or(StopImpact {
+                        stop: stop as usize,
+                        regime: Regime::Frictionless,
+                        approach_velocity: 0.0,
+                        separation_velocity: 0.0,
+                        impulse_normal: 0.0,
+                        impulse_tangential: 0.0,
+                        energy_loss: 0.0,
+                        friction_loss: 0.0,
+                    });
                     touching.pending = impacts.collect();
                     self.push(&first, &mut post);
                     first
