@@ -32,6 +32,10 @@ fn numbers(run: &Run<Structure>, Units { length, time, .. }: Units) -> Vec<f64> 
     impacts.chain(contacts).chain([end]).flatten().collect()
 }
 
+/// What is left of a gap may be so small that it has no full mantissa in one of the units (it is
+/// subnormal there: below 2e-308, for units down to 2^-50): only there does a power of two round.
+const LOST: f64 = 1e-290;
+
 /// Units whose ratios are powers of two (of mass and of velocity: of four) change no bit: no number
 /// with a unit stands in the code.
 #[test]
@@ -52,7 +56,11 @@ fn units_change_no_bit_of_a_motion() {
         let other = made(&drawn, units, &drawn.v);
         assert_eq!(given.stop_reason, other.stop_reason, "case {case}");
         let (ours, theirs) = (numbers(&given, Units::DRAWN), numbers(&other, units));
-        assert_eq!(ours, theirs, "case {case}: {units:?}");
+        assert_eq!(ours.len(), theirs.len(), "case {case}: {units:?}");
+        for (ours, theirs) in ours.iter().zip(&theirs) {
+            let lost = ours.abs().max(theirs.abs()) < LOST;
+            assert!(ours == theirs || lost, "case {case}: {units:?}: {ours:e} {theirs:e}");
+        }
         impacts += given.impacts.len();
         contacts += given.contacts.len();
     }
