@@ -134,7 +134,8 @@ pub fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure
         return paper::resolve(system, pre);
     }
     let contact = pre.coordinates(system.mass_ratio, system.friction);
-    resolve_in_contact(&contact, system.restitution, &system.law)
+    let restitution = system.restitution_at(contact.approach_velocity());
+    resolve_in_contact(&contact, restitution, &system.law)
 }
 
 /// The impact of two bodies in contact coordinates, under any law.

@@ -18,6 +18,7 @@ mod lyapunov;
 mod one_impact;
 mod orbit;
 mod period;
+mod restitution;
 mod run;
 mod sensitivity;
 mod simulate;
@@ -55,6 +56,8 @@ mod _core {
     #[pymodule_export]
     use super::period::PyPeriodReport;
     #[pymodule_export]
+    use super::restitution::PyRestitutionCurve;
+    #[pymodule_export]
     use super::run::{PyFinalState, PyRun};
     #[pymodule_export]
     use super::sensitivity::{PySensitivity, sensitivity, structure_sensitivity};
@@ -87,6 +90,7 @@ mod _core {
     use crate::analysis::{EvidenceKind, WhyUndecided};
     use crate::impact::{ImpactOutcome, RegimeKind};
     use crate::model::parameters::{Contact, ImpactLaw};
+    use crate::model::restitution::MOST_KNOTS;
     use crate::model::structure::Simultaneous;
     use crate::numerics::elementary::MOST_TURNED;
     use crate::numerics::interval::{ABSOLUTE_ERROR, RELATIVE_ERROR, UNREDUCED};
@@ -101,6 +105,7 @@ mod _core {
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let py = module.py();
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("MOST_KNOTS", MOST_KNOTS)?;
         module.add("STATUS_NAMES", PyTuple::new(py, PointStatus::NAMES)?)?;
         module.add("MOTION_NAMES", PyTuple::new(py, Kind::NAMES)?)?;
         module.add("PARAMETERS", parameters(py)?)?;

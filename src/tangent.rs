@@ -38,6 +38,8 @@ use chatter::{Accumulation, accumulate};
 use contact::stick_condition;
 use impact::impact_in_regime;
 
+use smallvec::SmallVec;
+
 use crate::flight::{FreeMotion, Trig};
 use crate::model::angle::Angle;
 use crate::model::parameters::{Parameters, System};
@@ -62,6 +64,8 @@ pub(crate) struct Model {
     pub period: Dual,
     /// Body 2 is a wall at rest: left out.
     pub wall_at_rest: bool,
+    /// The numbers of the restitution curve that vary, with their directions.
+    of_curve: SmallVec<[(usize, usize); 2]>,
 }
 
 /// State of both bodies, with derivatives.
@@ -110,7 +114,12 @@ impl Model {
         // Of a drive that stands still no periods are counted.
         let rate = if motion.drive.has_period() { -period / omega.value } else { 0.0 };
         let period = Dual::chain(period, [(rate, omega)]);
-        Self { system: *system, motion, parameters, period, wall_at_rest }
+        let of_curve = free.iter().zip(FREE..).filter_map(|(name, direction)| {
+            let place = system.restitution_curve?.number(name)?;
+            Some((place, direction))
+        });
+        let of_curve = of_curve.collect();
+        Self { system: *system, motion, parameters, period, wall_at_rest, of_curve }
     }
 
     /// Sine and cosine of x1; 0 and 1 in direct contact.
@@ -126,6 +135,19 @@ impl Model {
     /// g.
     pub fn gap(&self, state: &DualState) -> Dual {
         self.tip(state.x1) - state.x2 - self.parameters.gap
+    }
+
+    /// r of an impact at the approach velocity u.
+    pub fn restitution(&self, u: Dual) -> Dual {
+        let Some(curve) = &self.system.restitution_curve else {
+            return self.parameters.restitution;
+        };
+        let at = curve.with_slope(u.value);
+        let mut r = Dual::chain(at.value, [(at.by_speed, u)]);
+        for &(place, direction) in &self.of_curve {
+            r.slope[direction] += curve.by_number(u.value, place);
+        }
+        r
     }
 
     /// x2 of a wall at rest: its equilibrium under the constant force.

@@ -31,6 +31,7 @@ from .errors import (
     StateError,
 )
 from .impacts import impact
+from .restitution import RestitutionPowerLaw, RestitutionTable
 from .run import EventKind, Evidence, PeriodReport, Run
 from .run_parts import EnergyAudit, FinalState
 from .scales import Scales
@@ -209,6 +210,8 @@ __all__ = [
     "ProvedStretch",
     "Record",
     "Regime",
+    "RestitutionPowerLaw",
+    "RestitutionTable",
     "Run",
     "RunInSI",
     "Scales",

@@ -18,6 +18,7 @@ __all__ = [
     "GRAZE_DTYPE",
     "IMPACT_DTYPE",
     "LAWS",
+    "MOST_KNOTS",
     "MOST_TURNED",
     "MOTION_NAMES",
     "OUTCOME_DTYPE",
@@ -42,6 +43,7 @@ __all__ = [
     "Parameter",
     "PeriodReport",
     "Regime",
+    "RestitutionCurve",
     "Run",
     "Sensitivity",
     "Spectrum",
@@ -88,6 +90,8 @@ RELATIVE_ERROR: float
 ABSOLUTE_ERROR: float
 UNREDUCED: float
 MOST_TURNED: float
+# Most knots of a table of restitution.
+MOST_KNOTS: int
 CONTACTS: tuple[str, ...]
 LAWS: tuple[str, ...]
 COULOMB_LAWS: tuple[str, ...]
@@ -129,7 +133,9 @@ class Parameter:
 class System:
     """Validated parameters; raises ParameterError naming the parameter, its value and range."""
 
-    def __new__(cls, *, contact: str, law: str, **numbers: float) -> Self: ...
+    def __new__(
+        cls, *, contact: str, law: str, curve: RestitutionCurve | None = None, **numbers: float
+    ) -> Self: ...
     @property
     def drive_period(self) -> float:
         """2 pi / drive_frequency; infinite for drive_frequency = 0."""
@@ -645,6 +651,28 @@ class StructureRun(_AnyRun):
         self, slowest: float, most: int
     ) -> tuple[dict[str, NDArray[Any]], NDArray[np.bool_], list[BouncesEnd], bool]:
         """Impacts of the kept window and those skipped in it, as Run has them."""
+
+@final
+class RestitutionCurve:
+    """A coefficient of restitution that depends on the approach velocity."""
+
+    @staticmethod
+    def table(speeds: NDArray[np.float64], values: NDArray[np.float64]) -> RestitutionCurve:
+        """Linear between knots; raises ParameterError naming the entry."""
+
+    @staticmethod
+    def power_law(r_low: float, least_speed: float, exponent: float) -> RestitutionCurve:
+        """Return a power law; raises ParameterError naming the number."""
+
+    def at(self, speeds: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return r at approach velocities."""
+
+    @property
+    def names(self) -> list[str]:
+        """The names of its numbers."""
+
+    def get(self, name: str) -> float:
+        """Return the value of one of them."""
 
 @final
 class Systems:

@@ -196,6 +196,8 @@ def _shown(value: Any) -> Any:
 def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.tolist()
+    if isinstance(value, ByValue):
+        return value.to_dict()
     return [each.to_dict() for each in value] if isinstance(value, tuple) else value
 
 

@@ -19,6 +19,7 @@ from .impact_results import ImpactAgreement, ImpactRegimes
 from .impacts import MOST_STEPS, impact
 from .interruption import interruptible
 from .machine_kinds import need_system
+from .restitution import constant
 from .system import System
 
 # Cells of a map along each axis. Even: no column has sin x1 = 0, no row has x1' = 0: there the
@@ -75,6 +76,7 @@ def impact_regimes(
     (11, 11)
     """
     need_system(system)
+    constant(system.restitution, "maps of impacts")
     angles = _cells(np.pi / 2) if x1 is None else axis("x1", x1)
     if velocity_ratio is None:
         ratios = _cells(_widest_ratio(system))
@@ -154,6 +156,7 @@ def impact_agreement(
     (3, 6, 2)
     """
     need_system(system)
+    constant(system.restitution, "maps of impacts")
     cells = count("cells", cells, least=2)
     numbers = [
         count("steps", number, least=1, most=MOST_STEPS) for number in axis("steps", steps).tolist()

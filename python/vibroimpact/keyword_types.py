@@ -76,7 +76,7 @@ class Changes(TypedDict, total=False):
 
     mass_ratio: float
     frequency_ratio: float
-    restitution: float
+    restitution: Any
     gap: float
     drive_frequency: float
     pendulum_damping: float

@@ -27,6 +27,7 @@ from .errors import ParameterError, StateError
 from .machine import Machine
 from .machine_kinds import is_maker, is_structure, need_system
 from .physical import QUANTITIES
+from .restitution import constant
 from .scales import in_si, needed
 from .stop import is_of_stops, value_of_stops
 from .structure import Structure
@@ -75,6 +76,8 @@ def made(function: Callable[..., Any], values: Mapping[str, float], *kinds: type
         raise ParameterError(
             f"at {in_words(values)}: the function gave {in_short(found)}; allowed: {allowed}"
         )
+    if isinstance(found, System):
+        constant(found.restitution, "a system that a function makes")
     return found
 
 
@@ -432,6 +435,7 @@ def started(
         structure = MadeStructure.of(function, numbers, sizes)
         _must_be(in_words(numbers), structure, start)
         return structure
+    constant(start.restitution, "a system that a function makes")
     system = MadeSystem.of(function, numbers, sizes)
     for name in (*PARAMETERS, "contact", "law"):
         there, here = getattr(start, name), getattr(system, name)

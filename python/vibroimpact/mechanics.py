@@ -16,6 +16,7 @@ from .arguments import array_of, as_floats, number, reject, state, states, vecto
 from .errors import ParameterError
 from .interruption import interruptible
 from .machine import Machine
+from .restitution import RestitutionCurve
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,10 @@ class Mechanics(Machine):
     @cached_property
     def _compiled(self) -> _core.System:
         # It is no field, so that it has no influence on equality, hash, repr or pickle.
-        return _core.System(**{k: v for k, v in self.to_dict().items() if k != "scales"})
+        fields = {name: value for name, value in self._fields().items() if name != "scales"}
+        if isinstance(fields["restitution"], RestitutionCurve):
+            fields["curve"] = fields.pop("restitution")._compiled
+        return _core.System(**fields)
 
     @property
     def is_wall(self) -> bool:

@@ -14,6 +14,7 @@ from typing import Any
 from .arguments import not_negative, number, positive, reject
 from .errors import ParameterError
 from .hints import close_to
+from .restitution import in_units, restitution_of
 from .scales import Scales
 
 # What `dimensionless` takes; the other arguments of `System.from_physical` are pure numbers.
@@ -196,4 +197,11 @@ def changed(
     wanted = {name: changes[name] for name in changes if name in WITH_UNITS}
     before, after = dimensionless(**own), dimensionless(**own | wanted)
     there = {name: after[name] for name in after if after[name] != before[name]}
-    return there | {name: changes[name] for name in changes if name in PURE}
+    there |= {name: changes[name] for name in changes if name in PURE}
+    # The speeds of a curve are in m/s, and stay so where the scales change.
+    old, new = before["scales"].speed, after["scales"].speed
+    if "restitution" in changes:
+        there["restitution"] = in_units(restitution_of(changes["restitution"]), 1.0 / new)
+    elif new != old:
+        there["restitution"] = in_units(ratios["restitution"], old / new)
+    return there

@@ -74,7 +74,8 @@ class OneSided:
         ``"graze"``: beyond, the bodies strike. ``"regime_border"``: an impact on the border of two
         regimes. ``"chatter_onset"``: a chatter that ends where the contact force is 0; beyond, it
         is incomplete. ``"start_on_contact"``: the motion starts on the contact; beyond, the bodies
-        overlap, or fly.
+        overlap, or fly. ``"restitution_knot"``: an impact at a speed at which the slope of the
+        restitution jumps; derivatives are those from above.
 
     Examples
     --------

@@ -11,7 +11,7 @@ import dataclasses
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from .interruption import interruptible
 from .keyword_types import Changes, Contact, Law, completing
 from .mechanics import Mechanics
 from .physical import PURE, changed, dimensionless, quantities
+from .restitution import Restitution, RestitutionCurve, in_units, restitution_of
 from .scales import Scales, chosen, in_si, needed
 from .showing import Facts
 from .verbs import verb
@@ -63,7 +64,8 @@ class System(Mechanics):
     frequency_ratio
         omega_1/omega_2 >= 0; 0 is a free rotor, and below 1e-150 it is computed as one.
     restitution
-        Coefficient of restitution in [0, 1].
+        Coefficient of restitution in [0, 1]; or a ``RestitutionTable`` or ``RestitutionPowerLaw``,
+        where it depends on the approach velocity.
     gap
         Delta/l, any value with a reachable free region.
     drive_frequency
@@ -124,7 +126,7 @@ class System(Mechanics):
 
     mass_ratio: float
     frequency_ratio: float
-    restitution: float
+    restitution: Any  # a float, or a curve
     gap: float
     drive_frequency: float
     pendulum_damping: float
@@ -146,7 +148,7 @@ class System(Mechanics):
         *,
         mass_ratio: float,
         frequency_ratio: float,
-        restitution: float,
+        restitution: Restitution,
         gap: float,
         drive_frequency: float,
         pendulum_damping: float = 0.0,
@@ -174,7 +176,6 @@ class System(Mechanics):
         numbers = {
             "mass_ratio": mass_ratio,
             "frequency_ratio": frequency_ratio,
-            "restitution": restitution,
             "gap": gap,
             "drive_frequency": drive_frequency,
             "pendulum_damping": pendulum_damping,
@@ -188,6 +189,7 @@ class System(Mechanics):
         }
         for name, value in numbers.items():
             object.__setattr__(self, name, number(name, value, PARAMETERS[name].allowed))
+        object.__setattr__(self, "restitution", restitution_of(restitution))
         for name, choice in (("contact", contact), ("law", law)):
             # A lone surrogate is no character; the core does not accept it.
             if not isinstance(choice, str) or not choice.isascii():
@@ -210,7 +212,7 @@ class System(Mechanics):
         torsional_stiffness: float,
         stiffness: float,
         gap: float,
-        restitution: float,
+        restitution: Restitution,
         drive_frequency: float,
         torsional_damping: float = 0.0,
         damping: float = 0.0,
@@ -242,7 +244,7 @@ class System(Mechanics):
         gap
             Delta in m.
         restitution
-            Coefficient of restitution in [0, 1].
+            As in ``System``; the speeds of a curve in m/s.
         drive_frequency
             Omega in rad/s, >= 0: 2 pi times that in Hz.
         torsional_damping
@@ -305,7 +307,7 @@ class System(Mechanics):
         )
         system = cls(
             **ratios,
-            restitution=restitution,
+            restitution=in_units(restitution_of(restitution), 1.0 / ratios["scales"].speed),
             friction=friction,
             phase=phase,
             contact=contact,
@@ -342,9 +344,10 @@ class System(Mechanics):
         >>> round(machine.to_physical()["torsional_stiffness"], 9)  # in N m/rad
         500.0
         """
-        fields = self.to_dict()
+        fields, scales = self._fields(), needed(self.scales)
         pure = {name: fields[name] for name in (*PURE, "contact", "law")}
-        return quantities(fields, needed(self.scales)) | pure
+        pure["restitution"] = in_units(self.restitution, scales.speed)
+        return quantities(fields, scales) | pure
 
     @property
     def damping(self) -> tuple[float, float]:
@@ -384,6 +387,8 @@ class System(Mechanics):
             changes = changed(fields, needed(self.scales), changes)
         if "damping" in changes:
             del fields["pendulum_damping"], fields["oscillator_damping"]
+        if own := {name: changes.pop(name) for name in self._of_curve if name in changes}:
+            fields["restitution"] = self.restitution._with(own)
         return type(self)(**(fields | changes))
 
     def _fields(self) -> dict[str, Any]:
@@ -396,9 +401,25 @@ class System(Mechanics):
     def _starts(self, initial: Any) -> NDArray[np.float64]:
         return states(initial)
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Return a number of the restitution curve."""
+            curve = self.__dict__.get("restitution")
+            if isinstance(curve, RestitutionCurve) and name in curve.names:
+                return curve._compiled.get(name)
+            return super().__getattr__(name)
+
+    @property
+    def _of_curve(self) -> tuple[str, ...]:
+        curve = self.restitution
+        return curve.names if isinstance(curve, RestitutionCurve) else ()
+
     @property
     def _numbers_by_name(self) -> tuple[str, ...]:
-        return tuple(PARAMETERS)
+        if not self._of_curve:
+            return tuple(PARAMETERS)
+        return (*(name for name in PARAMETERS if name != "restitution"), *self._of_curve)
 
     @property
     def _coordinates_by_name(self) -> tuple[str, ...]:

@@ -49,7 +49,7 @@ use crate::analysis::tolerances::NEGATIVE_LEG;
 use nalgebra::Matrix4;
 
 use crate::model::error::ParameterError;
-use crate::model::parameters::{System, unknown};
+use crate::model::parameters::System;
 use crate::model::state::State;
 use crate::numerics::EPS;
 use crate::numerics::dual::Number;
@@ -238,8 +238,8 @@ impl<'a> Orbit<'a> {
             return Err(ParameterError::new("parameters", free.len(), "at most two"));
         }
         for name in free {
-            if !System::NUMERIC.contains(&name.as_str()) {
-                return Err(unknown(name));
+            if self.system.get(name).is_none() {
+                return Err(self.system.unknown(name));
             }
         }
         Ok(Model::new(&self.system, free, self.itinerary.wall_at_rest))

@@ -205,12 +205,14 @@ impl<V: Others> ChatterMonitor<V> {
         }
     }
 
-    /// Takes an impact; returns whether enough of them have kept one ratio.
+    /// Takes an impact; returns whether enough of them have kept one ratio. The restitution is that of
+    /// this and of all lower impacts; NaN where theirs is another, which is no chatter yet.
     #[inline]
     pub fn observe(&mut self, regime: RegimeKind, approach: f64, restitution: f64) -> bool {
         let slides = matches!(regime, RegimeKind::Frictionless | RegimeKind::Slip);
         let measured = if self.last > 0.0 { approach / self.last } else { f64::INFINITY };
-        let predicted = if slides { restitution } else { self.ratio };
+        let follows = slides || restitution.is_nan();
+        let predicted = if follows { restitution } else { self.ratio };
         let keeps = measured < 1.0
             && predicted < 1.0
             && (measured - predicted).abs() <= CHATTER_RATIO_RTOL * predicted;

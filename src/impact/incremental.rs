@@ -114,7 +114,8 @@ pub fn incremental(
         return Err(ImpactFailure::Jammed.into());
     }
     let contact = pre.coordinates(system.mass_ratio, system.friction);
-    integrate(&contact, (system.restitution, &system.law), steps)
+    let restitution = system.restitution_at(contact.approach_velocity());
+    integrate(&contact, (restitution, &system.law), steps)
 }
 
 /// The impact of two bodies in contact coordinates, under any law.

@@ -11,8 +11,9 @@ use crate::numerics::EPS;
 /// The literal law; the stored regime is the paper's own case.
 pub(super) fn resolve(system: &System, pre: &PreImpact) -> Result<Impact, ImpactFailure> {
     let &PreImpact { cos: c, sin, v1: th, v2: x } = pre;
-    let &System { restitution: r, mass_ratio: m, friction, .. } = system;
+    let &System { mass_ratio: m, friction, .. } = system;
     let u = pre.approach_velocity();
+    let r = system.restitution_at(u);
     let sign = if th == 0.0 { 0.0 } else { th.signum() };
     let (plus, minus) = (c + friction * sign * sin, c - friction * sign * sin);
     let b2 = m + c * plus; // (17a)

@@ -4,6 +4,7 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::model::error::ParameterError;
+use crate::model::restitution::RestitutionCurve;
 use crate::model::tolerances::LEAST_FREQUENCY;
 
 /// Geometry of the contact.
@@ -106,7 +107,7 @@ pub(super) fn chosen<T: Copy>(
 }
 
 /// The refusal of a name that no numeric parameter has.
-pub(crate) fn unknown(name: &str) -> ParameterError {
+fn unknown(name: &str) -> ParameterError {
     ParameterError::new("parameter", name, format!("one of {}", System::NUMERIC.join(", ")))
 }
 
@@ -151,6 +152,8 @@ pub struct System {
     pub(crate) phase: f64,
     pub(crate) contact: Contact,
     pub(crate) law: ImpactLaw,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) restitution_curve: Option<RestitutionCurve>,
 }
 
 /// Allowed range of a numeric parameter.
@@ -214,23 +217,36 @@ macro_rules! numeric_parameters {
 
             $(#[doc = concat!($symbol, ":", $meaning, ".")] #[must_use] pub fn $name(&self) -> f64 { self.$name })*
 
-            /// The value of a numeric parameter; `None` if there is none of this name.
+            /// The value of a numeric parameter, or of a number of the restitution curve; `None` if
+            /// there is none of this name.
             #[must_use]
             pub fn get(&self, name: &str) -> Option<f64> {
                 match name {
+                    "restitution" if self.restitution_curve.is_some() => None,
                     $(stringify!($name) => Some(self.$name),)*
-                    _ => None,
+                    _ => self.restitution_curve?.get(name),
                 }
             }
 
-            /// This system with one numeric parameter changed.
+            /// This system with one numeric parameter changed, or one number of its restitution
+            /// curve.
             ///
             /// # Errors
             /// [`ParameterError`] for an unknown name or a value outside its range.
             pub fn with(mut self, name: &str, value: f64) -> Result<Self, ParameterError> {
                 match name {
+                    "restitution" if self.get(name).is_none() && value != self.restitution => {
+                        return Err(self.unknown(name));
+                    }
                     $(stringify!($name) => self.$name = value,)*
-                    _ => return Err(unknown(name)),
+                    _ => match self.restitution_curve.and_then(|curve| curve.with(name, value)) {
+                        Some(curve) => {
+                            let curve = curve?;
+                            self.restitution_curve = Some(curve);
+                            self.restitution = curve.lowest();
+                        }
+                        None => return Err(self.unknown(name)),
+                    },
                 }
                 self.validated()
             }
@@ -249,6 +265,13 @@ macro_rules! numeric_parameters {
                 if self.contact == Contact::Direct && self.friction > 0.0 {
                     return Err(ParameterError::new(
                         "friction", self.friction, "0 with contact = direct"));
+                }
+                if let Some(curve) = &self.restitution_curve {
+                    curve.validated()?;
+                    if self.restitution != curve.lowest() {
+                        return Err(ParameterError::number(
+                            "restitution", self.restitution, "none beside a restitution curve"));
+                    }
                 }
                 Ok(self)
             }
@@ -278,6 +301,7 @@ macro_rules! numeric_parameters {
             $($name: Option<f64>,)*
             contact: Contact,
             law: ImpactLaw,
+            restitution_curve: Option<RestitutionCurve>,
         }
 
         impl SystemBuilder {
@@ -312,6 +336,15 @@ macro_rules! numeric_parameters {
                 self
             }
 
+            /// A coefficient of restitution that depends on the approach velocity, in place of
+            /// `restitution`.
+            #[must_use]
+            pub fn restitution_curve(mut self, curve: RestitutionCurve) -> Self {
+                self.restitution = Some(curve.lowest());
+                self.restitution_curve = Some(curve);
+                self
+            }
+
             /// The validated system.
             ///
             /// # Errors
@@ -322,6 +355,7 @@ macro_rules! numeric_parameters {
                         stringify!($name), "missing", Range::$range.words()))?,)*
                     contact: self.contact,
                     law: self.law,
+                    restitution_curve: self.restitution_curve,
                 }
                 .validated()
             }

@@ -31,3 +31,6 @@ pub const PAINLEVE_LEVEL: f64 = 1e-9;
 /// Against a wall (mbar = 0) k cos x1 below this counts as zero too: with |cos x1| = 1e-5 the wall
 /// drives the tip 1e5 times as fast as itself, to the end of its reach.
 pub const REACH_LEVEL: f64 = 1e-10;
+
+/// An approach velocity within this part of a knot's is at the knot: some roundings.
+pub const AT_KNOT: f64 = 64.0 * EPS;

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMappingProxy};
 
 use super::arrays;
+use super::restitution::PyRestitutionCurve;
 use crate::flight::FreeMotion;
 use crate::model::contact_coordinates::PreImpact;
 use crate::model::parameters::{Contact, ImpactLaw, Parameter, System};
@@ -67,12 +68,20 @@ pub(super) struct PySystem(pub System);
 #[pymethods]
 impl PySystem {
     #[new]
-    #[pyo3(signature = (*, contact, law, **numbers))]
-    fn new(contact: &str, law: &str, numbers: Option<HashMap<String, f64>>) -> PyResult<Self> {
+    #[pyo3(signature = (*, contact, law, curve = None, **numbers))]
+    fn new(
+        contact: &str,
+        law: &str,
+        curve: Option<&PyRestitutionCurve>,
+        numbers: Option<HashMap<String, f64>>,
+    ) -> PyResult<Self> {
         let mut builder =
             System::builder().contact(Contact::from_name(contact)?).law(ImpactLaw::from_name(law)?);
         for (name, value) in numbers.into_iter().flatten() {
             builder = builder.with(&name, value)?;
+        }
+        if let Some(curve) = curve {
+            builder = builder.restitution_curve(curve.0);
         }
         Ok(Self(builder.build()?))
     }

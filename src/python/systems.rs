@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use super::system::PySystem;
 use crate::model::error::ParameterError;
-use crate::model::parameters::{System, unknown};
+use crate::model::parameters::System;
 
 /// Validated systems.
 #[pyclass(name = "Systems", module = "vibroimpact._core", frozen)]
@@ -58,7 +58,10 @@ impl PySystems {
     /// The values of a numeric parameter.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let values: Option<Vec<f64>> = self.0.iter().map(|system| system.get(name)).collect();
-        Ok(PyArray1::from_vec(py, values.ok_or_else(|| unknown(name))?))
+        match (values, self.0.first()) {
+            (None, Some(system)) => Err(system.unknown(name).into()),
+            (values, _) => Ok(PyArray1::from_vec(py, values.unwrap_or_default())),
+        }
     }
 
     /// Which have a body 2 on which impacts do not act.

@@ -99,7 +99,7 @@ pub struct ChatterView {
     pub approach: f64,
     /// and -u after it.
     pub separation: f64,
-    /// Coefficient of restitution.
+    /// Coefficient of restitution of this and of all lower impacts; NaN where theirs is another.
     pub restitution: f64,
     /// Which contact, of those of the model.
     pub contact: u32,

@@ -76,7 +76,7 @@ pub(crate) fn accumulate(
         (stops, reverses) = (bounce.stops, bounce.reverses);
         (state, passed) = (bounce.post, passed + bounce.time);
         if regime.replace(bounce.regime) != Some(bounce.regime) {
-            // Only impacts in one regime are smooth functions of u.
+            // Only impacts in one regime, with one formula for r, are smooth functions of u.
             samples.clear();
             best = None;
         }
@@ -110,8 +110,8 @@ struct Bounce {
     stops: bool,
     reverses: bool,
     borders: Vec<BorderValue>,
-    /// Regime and signs.
-    regime: (RegimeKind, Signs),
+    /// Regime and signs, and the piece of the restitution curve.
+    regime: (RegimeKind, Signs, usize),
 }
 
 fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
@@ -126,6 +126,7 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
     let impact = resolve(system, &velocities).ok()?;
     let signs = Signs::of(impact.regime, velocities.v1, velocities.sin);
     let kind = impact.regime.kind();
+    let u = impact.approach_velocity;
     let impact = impact_in_regime(model, &pre, kind, signs);
     let post = DualState { x2: model.contact_place(pre.x1), ..impact.post };
     Some(Bounce {
@@ -137,7 +138,7 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
             RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution
         ),
         borders: impact.borders,
-        regime: (kind, signs),
+        regime: (kind, signs, system.restitution_curve.map_or(0, |curve| curve.piece(u))),
     })
 }
 

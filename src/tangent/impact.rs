@@ -83,13 +83,14 @@ pub(crate) fn impact_in_regime(
     let Angle { sin, cos } = model.angle(pre.x1);
     let contact =
         ContactCoordinates::at_tip((sin, cos), (pre.v1, pre.v2), p.mass_ratio, p.friction, side);
-    let (switch, end) = regime_path(&contact, (p.restitution, law), kind, direction);
+    let restitution = model.restitution(contact.approach_velocity());
+    let (switch, end) = regime_path(&contact, (restitution, law), kind, direction);
     let borders = if kind != RegimeKind::Frictionless && law.is_coulomb() {
         let mut borders =
             vec![BorderValue { border: Border::SideOfImpact, value: contact.scale.value * side }];
         borders.extend(regime_borders(
             &contact,
-            p.restitution,
+            restitution,
             (kind, direction),
             (switch, &end),
             model.wall_at_rest,

@@ -19,6 +19,7 @@ use crate::impact::{RegimeKind, slipping_path};
 use crate::model::angle::Angle;
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::{Contact, ImpactLaw};
+use crate::model::restitution::RestitutionAt;
 use crate::model::state::{Clock, State};
 use crate::numerics::dual::{Dual, Number};
 use crate::simulate::event::ImpactEvent;
@@ -107,7 +108,8 @@ pub(crate) fn flown<const N: usize>(
 pub(crate) struct Numbers {
     pub mass_ratio: f64,
     pub friction: f64,
-    pub restitution: f64,
+    /// r at this impact.
+    pub restitution: RestitutionAt,
     /// 1, or 0 where body 2 is a wall at rest, which perturbations leave out.
     pub moves: f64,
 }
@@ -155,13 +157,23 @@ impl ImpactPoint {
         (contact, x1, delay)
     }
 
+    /// r, with its derivatives by the approach velocity.
+    #[inline(always)]
+    fn restitution<const N: usize>(&self, contact: &ContactCoordinates<Dual<N>>) -> Dual<N> {
+        let RestitutionAt { value, by_speed } = self.numbers.restitution;
+        if by_speed == 0.0 {
+            return Dual::constant(value);
+        }
+        Dual::chain(value, [(by_speed, contact.approach_velocity())])
+    }
+
     /// Perturbations at a fixed time before an impact without friction, or whose slip keeps its
     /// direction, mapped to the node after it.
     #[inline(always)]
     pub fn map_in_slip<const N: usize>(&self, columns: &Columns<N>) -> Columns<N> {
         let (contact, x1, delay) = self.contact(columns, 1f64.copysign(self.angle.sin));
         let direction = 1f64.copysign(self.rates.velocities[0]);
-        let restitution = Dual::constant(self.numbers.restitution);
+        let restitution = self.restitution(&contact);
         let end = slipping_path(&contact, restitution, direction);
         [x1, end.slip.slope, end.parting.slope, delay]
     }
@@ -176,7 +188,7 @@ impl ImpactPoint {
         signs: Signs,
     ) -> Columns<N> {
         let (contact, x1, delay) = self.contact(columns, signs.side.value());
-        let law = (Dual::constant(self.numbers.restitution), &law);
+        let law = (self.restitution(&contact), &law);
         let (_, end) = regime_path(&contact, law, kind, signs.direction.value());
         [x1, end.slip.slope, end.parting.slope, delay]
     }
@@ -201,7 +213,8 @@ impl ImpactPoint {
             along(numbers.friction, 4, 1.0),
             signs.side.value(),
         );
-        let law = (along(numbers.restitution, 5, 1.0), &law);
+        let restitution = self.restitution(&contact) + along(0.0, 5, 1.0);
+        let law = (restitution, &law);
         let (_, end) = regime_path(&contact, law, kind, signs.direction.value());
         [end.slip.slope, end.parting.slope]
     }
@@ -295,7 +308,7 @@ impl<'a> Strike<'a> {
             numbers: Numbers {
                 mass_ratio: system.mass_ratio,
                 friction: system.friction,
-                restitution: system.restitution,
+                restitution: system.restitution_with_slope(impact.impact.approach_velocity),
                 moves: moves(model),
             },
         };

@@ -81,6 +81,14 @@ def _(structure: vi.Structure) -> None:
 
 
 @assert_complete.register
+def _(curve: vi.RestitutionTable | vi.RestitutionPowerLaw) -> None:
+    lowest, highest = curve(0.0), curve(1e300)
+    assert 0 < highest <= 1
+    assert 0 < lowest <= 1
+    assert type(curve).from_json(curve.to_json()) == curve
+
+
+@assert_complete.register
 def _(stop: vi.Stop) -> None:
     assert stop.normal.any()
     assert vi.Stop.from_dict(stop.to_dict()) == stop

@@ -50,6 +50,7 @@ FIRST = [
     "tables",
     "archive",
     "scales",
+    "restitution",
     "physical",
     "machine",
     "mechanics",

@@ -187,3 +187,9 @@ def test_bytes_that_are_no_text_are_named(tmp_path):
     path.write_bytes(b"\xff\xfe[system]")
     with pytest.raises(vi.ParameterError, match="not a TOML file"):
         read(path)
+
+
+def test_a_restitution_that_depends_on_the_speed(saved):
+    table = "{ speeds = [0.05, 1.0], values = [0.9, 0.5] }"
+    run = saved(example_file().replace("restitution = 0.8", f"restitution = {table}"))
+    assert run.system.restitution == vi.RestitutionTable([0.05, 1.0], [0.9, 0.5])

@@ -99,6 +99,7 @@ def _results() -> dict[str, Any]:
         vi.Interrupted("interrupted", run()),
     ]
     names = ("sweep", "chart", "lyapunov_spectrum", "lyapunov_spectrum: grid", "Stop", "Structure")
+    names += ("RestitutionTable", "RestitutionPowerLaw")
     more = (
         "impact_regimes",
         "impact_agreement",
@@ -167,6 +168,8 @@ def test_a_copy_is_the_same_to_the_last_bit_and_as_read_only(name, way):
 def test_what_is_compared_by_value_equals_its_copy(way):
     for name in (
         "System",
+        "RestitutionTable",
+        "RestitutionPowerLaw",
         "Stop",
         "Structure",
         "FinalState",

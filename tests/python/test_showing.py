@@ -78,7 +78,13 @@ def results() -> dict[str, object]:
         proof().box,
         branch_proof(),
         solutions_proof(),
-        *(made[name]() for name in ("impact_regimes", "impact_agreement", "Stop", "Structure")),
+        *(
+            made[name]()
+            for name in (
+                *("impact_regimes", "impact_agreement", "Stop", "Structure"),
+                *("RestitutionTable", "RestitutionPowerLaw"),
+            )
+        ),
         *(made[name]() for name in ("search_motions", "bifurcation_curve", "verify", "prove")),
     ]
     return {f"{type(each).__name__} {number}": each for number, each in enumerate(shown)}
@@ -137,6 +143,7 @@ def test_every_public_result_is_shown():
     assert arrays | grids | {vi.Run, vi.System, vi.NotFound, vi.Branch} <= classes
     assert {cls for cls in classes if not hasattr(cls, "plot")} == {
         *(vi.NotFound, vi.Stop, vi.StructureState),
+        *(vi.RestitutionTable, vi.RestitutionPowerLaw),
         *(vi.Proof, vi.ProofBox, vi.SolutionsProof, vi.BranchProof),
         vi.Sensitivity,
         *(vi.Record, vi.ExpectedErrors),

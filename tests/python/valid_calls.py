@@ -15,6 +15,7 @@ from typing import Any
 import vibroimpact as vi
 from fitting_calls import fitting_calls
 from proof_calls import proof_calls
+from restitution_calls import restitution_calls
 from small_results import START, branch, folder, grid_basins, motion, motions, region, run, saddle
 from structure_calls import structure_calls
 from systems import PAPER, ROUGH
@@ -100,6 +101,7 @@ def calls() -> dict[str, Call]:
     grow = {"length": 0.01, "spacing": 0.01, "max_points": 2, "settle": 16}
     few = {"periods": 8, "keep": 8, "scouts": 1, "rounds": 0, "x1": [0.0], "v1": [0.1]}
     measured = start | {"periods": 20, "keep": 20}
+    others = structure_calls() | proof_calls() | restitution_calls()
     calls = {
         "System": Call(
             vi.System,
@@ -142,7 +144,7 @@ def calls() -> dict[str, Call]:
                 )
             },
         ),
-        **{name: Call(*call) for name, call in (structure_calls() | proof_calls()).items()},
+        **{name: Call(*call) for name, call in others.items()},
         "simulate": Call(
             vi.simulate,
             start | {"periods": 2},
@@ -485,7 +487,8 @@ def public_callables() -> Iterator[tuple[str, Callable[..., Any]]]:
             yield name, found
         if not inspect.isclass(found) or issubclass(found, BaseException | int):
             continue
-        if found in (vi.System, vi.Stop, vi.Structure, vi.Record):
+        curves = (vi.RestitutionTable, vi.RestitutionPowerLaw)
+        if found in (vi.System, vi.Stop, vi.Structure, vi.Record, *curves):
             yield name, found
         for method in dir(found):
             function = inspect.getattr_static(found, method)

@@ -18,6 +18,7 @@ from .._core import PARAMETERS
 from ..by_value import arguments_of
 from ..errors import ParameterError
 from ..physical import QUANTITIES
+from ..restitution import RestitutionCurve, restitution_of
 from ..stop import OF_DRIVE, OF_STOPS, numbers_by_name
 from ..structure import Structure
 from ..sweeps.columns import COORDINATES
@@ -100,7 +101,13 @@ class DescribedSystem(Description):
 
     def names(self, units: Mapping[str, Any]) -> tuple[str, ...]:
         """Return what can be varied: parameters, or quantities in SI."""
-        return QUANTITIES if units else tuple(PARAMETERS)
+        if units:
+            return QUANTITIES
+        given = self.made.restitution if self.made else self.fields.get("restitution")
+        if not isinstance(given, Mapping | RestitutionCurve):
+            return tuple(PARAMETERS)
+        curve: Any = restitution_of(given)
+        return (*(name for name in PARAMETERS if name != "restitution"), *curve.names)
 
     def coordinates(self) -> tuple[str, ...]:
         """Return the names of the coordinates of a start."""
@@ -117,7 +124,9 @@ class DescribedSystem(Description):
 
     def _made(self, changes: Mapping[str, Any], missing: Mapping[str, float], units: Any) -> System:
         if self.made is None:
-            given = {**missing, **self.fields, **changes}
+            # The numbers of a curve of restitution are never missing.
+            own = {name: value for name, value in missing.items() if name in PARAMETERS}
+            given = {**own, **self.fields, **changes}
             lacking = sorted({*arguments_of(System)[1]} - {*given})
             if lacking and not self.fields:
                 raise ParameterError(

@@ -13,7 +13,14 @@ _NOT_NEGATIVE = (
     "oscillator_damping",
     "friction",
 )
-_NATURAL = {**dict.fromkeys(_NOT_NEGATIVE, (0.0, math.inf)), "restitution": (0.0, 1.0)}
+# Numbers of curves of restitution are not 0; the values of a table are r_0, r_1 ...
+_LEAST_OF_CURVE = 1e-6
+_NATURAL = {
+    **dict.fromkeys(_NOT_NEGATIVE, (0.0, math.inf)),
+    "restitution": (0.0, 1.0),
+    **dict.fromkeys(("r", "r_low", "exponent"), (_LEAST_OF_CURVE, 1.0)),
+    "least_speed": (_LEAST_OF_CURVE, math.inf),
+}
 _ANY = (-math.inf, math.inf)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .._core import LegKind, Regime
 from ..orbits.motion import PeriodicMotion
+from ..restitution import RestitutionCurve
 from ..structure import Structure
 from ..structure_motion import StructureOrbit
 from ..system import SYMBOLS, System
@@ -78,6 +79,10 @@ def legs_of(motion: AnyMotion, *, free: bool = False) -> list[list[Any]] | str:
     """
     if motion.system.law == "paper":
         return "the law of the paper is not proved with"
+    if isinstance(motion, PeriodicMotion) and isinstance(
+        motion.system.restitution, RestitutionCurve
+    ):
+        return "a restitution that depends on the approach velocity is not proved with"
     if not motion.legs:
         return "stops stay closed for a while: sustained contact is not proved"
     legs = []

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Protocol
 
 from flint import acb, arb, arb_mat, arb_series, ctx, fmpq
 
@@ -231,6 +232,13 @@ class Body:
         return series
 
 
+class Curve(Protocol):
+    """A coefficient of restitution that depends on the approach velocity (restitution.py)."""
+
+    def pieces(self, u: arb) -> list[tuple[arb, arb]]:
+        """Values r and dr/du on the pieces on which a ball of u lies."""
+
+
 @dataclass(frozen=True)
 class System:
     """Parameters of the pair of bodies (theory page, section 1) as exact rationals."""
@@ -248,6 +256,8 @@ class System:
     c1: fmpq = field(default_factory=fmpq)
     c2: fmpq = field(default_factory=fmpq)
     oblique: bool = True
+    #: r where it depends on the approach velocity; then `r` is that of the lowest impacts.
+    curve: Curve | None = None
 
     @classmethod
     def parse(cls, values: Mapping[str, Number], contact: str = "oblique") -> System:
@@ -257,7 +267,7 @@ class System:
         names = ("mbar", "omega0", "r", "delta", "zeta1", "zeta2", "f1", "f2", "omega", "mu")
         needed = {name: exact(values[name]) for name in names}
         loads = {name: exact(values.get(name, 0)) for name in ("c1", "c2")}
-        return cls(**needed, **loads, oblique=contact == "oblique")
+        return cls(**needed, **loads, curve=None, oblique=contact == "oblique")
 
     def bodies(self) -> tuple[Body, Body]:
         """Pendulum and oscillator; the oscillator's own frequency is 1."""

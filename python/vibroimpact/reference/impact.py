@@ -32,6 +32,7 @@ from flint import arb
 
 from .contact import Undecided
 from .flight import System
+from .restitution import restitution_at
 
 Law = Literal["poisson", "newton", "energetic"]
 
@@ -143,7 +144,7 @@ class PlanarImpact:
 def walk(law: Law, system: System, x1: arb, v1: arb, v2: arb) -> Impact:
     """The pendulum's impact under `law`."""
     cos, friction = _geometry(system, x1)
-    planar = PlanarImpact(arb(system.r), friction, cos, arb(1), arb(system.mbar))
+    planar = PlanarImpact(_ratio(system, v1 * cos - v2), friction, cos, arb(1), arb(system.mbar))
     path = planar.path(law, v1, -v2)
     return Impact(path.regime, path.s, -path.w, path.impulse, path.approach, path.switch)
 
@@ -171,8 +172,9 @@ def _end(law: Law, r: arb, u: arb, switch: arb, bent: arb, rate: arb, approach: 
 
 def paper(system: System, x1: arb, v1: arb, v2: arb) -> Impact:
     """The paper's formulas as printed: eqs (14), (16), (18); (19), (20) without friction."""
-    m, r, mu = arb(system.mbar), arb(system.r), arb(system.mu)
+    m, mu = arb(system.mbar), arb(system.mu)
     c, s = (x1.cos(), x1.sin()) if system.oblique else (arb(1), arb(0))
+    r = _ratio(system, v1 * c - v2)
     if system.mu == 0:
         below = m + c**2
         approach = _divide(v1 * c - v2, below)
@@ -219,6 +221,11 @@ def _geometry(system: System, x1: arb) -> tuple[arb, arb]:
     if not system.oblique:
         return arb(1), arb(0)
     return x1.cos(), arb(system.mu) * abs(x1.sin())
+
+
+def _ratio(system: System, u: arb) -> arb:
+    """The coefficient of restitution at the approach velocity u."""
+    return arb(system.r) if system.curve is None else restitution_at(system.curve, u)
 
 
 def _below(a: arb, b: arb) -> bool:

@@ -22,6 +22,7 @@ from ..interruption import interruptible
 from ..machine_kinds import need_system
 from ..orbits.motion import PeriodicMotion, all_inside, multipliers_of
 from ..orbits.verdict import MAX_EVENTS
+from ..restitution import constant
 from ..system import System
 from .algebraic import Parameters, conditions
 from .motions import CHECKED, check_columns, limits_of, motions_in, one_impact
@@ -81,6 +82,7 @@ def motion_map(
     (3,)
     """
     need_system(system)
+    constant(system.restitution, "the equations of motions with one impact")
     n = count("n", n, least=1, most=100_000)
     limits = None if within is None else limits_of(within)
     grid = _grid(dict(parameters))

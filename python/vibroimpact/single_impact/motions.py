@@ -19,6 +19,7 @@ from ..machine_kinds import need_system
 from ..orbits.motion import PeriodicMotion
 from ..orbits.shooting import solve_orbit
 from ..orbits.verdict import motion_of
+from ..restitution import constant
 from ..system import System
 from .algebraic import Conditions, Parameters, conditions
 from .intervals import Interval
@@ -81,6 +82,7 @@ def periodic_motions(
     ['unstable', 'unstable', 'stable', 'unstable', 'unstable', 'unstable', 'unstable', 'unstable']
     """
     need_system(system)
+    constant(system.restitution, "the equations of motions with one impact")
     n = count("n", n, least=1, most=100_000)
     check_system(system)
     limits = None if within is None else limits_of(within)

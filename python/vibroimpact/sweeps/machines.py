@@ -62,11 +62,15 @@ class SystemMachine:
 
     system: System
 
-    numbers = (*PARAMETERS,)
     coordinates = COORDINATES
     final_state = FINAL
     exponents = 4
     row_groups = (IMPACT_ROWS, STROBOSCOPIC_ROWS)
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """The names of what varies."""
+        return self.system._numbers_by_name
 
     @property
     def made_fields(self) -> tuple[Field, ...]:
@@ -126,7 +130,7 @@ class SystemMachine:
             names: list[str] = [*PARAMETERS]
             parameters = columns[PARAMETER_FIELD.name]
         else:
-            names = [name for name in values if name in PARAMETERS]
+            names = [name for name in values if name in self.numbers]
             parameters = np.empty((len(starts), len(names)))
             for place, name in enumerate(names):
                 parameters[:, place] = values[name]

@@ -14,8 +14,10 @@ from ..reference.flight import System as ExactSystem
 from ..reference.flight import exact
 from ..reference.hold import Phase
 from ..reference.hybrid import Motion, approach_in_contact
+from ..reference.restitution import curve_of
 from ..reference.simulate import Event
 from ..reference.slide import Settings, Touch
+from ..restitution import RestitutionCurve
 from ..system import SYMBOLS, System
 from .passes import Entry, Pass
 from .path import Parted, Path, Unproved, ended
@@ -66,7 +68,11 @@ class Problem:
 def exact_system(system: System) -> ExactSystem:
     """The parameters as exact rationals."""
     values = {symbol: getattr(system, name) for symbol, name in SYMBOLS.items()}
-    return ExactSystem.parse(values, system.contact)
+    if not isinstance(system.restitution, RestitutionCurve):
+        return ExactSystem.parse(values, system.contact)
+    curve = curve_of(system.restitution.to_dict())
+    values["r"] = system.restitution(0.0)
+    return replace(ExactSystem.parse(values, system.contact), curve=curve)
 
 
 class _Followed(Motion):

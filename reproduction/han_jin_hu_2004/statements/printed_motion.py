@@ -202,7 +202,7 @@ def condition_37(system: System, n: int, x10: float) -> float:
     )
     cos = math.cos(x10)
     turn = math.sin(2 * n * math.pi / w) * (math.cos(2 * n * math.pi * w0 / w) - 1)
-    top = 2 * (1 + r) * m * system.moment_amplitude**2 * w * cos * turn
+    top: float = 2 * (1 + r) * m * system.moment_amplitude**2 * w * cos * turn
     return top / ((m + cos**2) * (w0**2 - w**2) ** 2)
 
 

@@ -23,6 +23,7 @@ pub(super) struct Systems {
     pub beats: [Beating; 2],
     pub gap: Lanes,
     pub mass_ratio: Lanes,
+    /// r; NaN where it depends on the approach velocity: such impacts are resolved by themselves.
     pub restitution: Lanes,
     pub friction: Lanes,
     /// Whether any body is damped.
@@ -40,7 +41,8 @@ impl Systems {
         }
         self.gap[j] = system.gap;
         self.mass_ratio[j] = system.mass_ratio;
-        self.restitution[j] = system.restitution;
+        let changes = system.restitution_curve.is_some();
+        self.restitution[j] = if changes { f64::NAN } else { system.restitution };
         self.friction[j] = system.friction;
         let mut decay_rates = self.pendulums.decay_rate.iter().chain(&self.oscillators.decay_rate);
         self.damped = decay_rates.any(|&rate| rate > 0.0);

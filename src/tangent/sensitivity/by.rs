@@ -19,6 +19,8 @@ pub(super) enum By {
     StaticForce,
     Friction,
     Phase,
+    /// A number of the restitution curve.
+    OfCurve(usize),
     /// A component of the start: x1, x1', x2' or x2.
     Start(usize),
 }
@@ -50,12 +52,21 @@ impl By {
             "static_force" => Self::StaticForce,
             "friction" => Self::Friction,
             "phase" => Self::Phase,
+            _ if system.restitution_curve.is_some_and(|curve| curve.number(name).is_some()) => {
+                let place = system.restitution_curve.and_then(|curve| curve.number(name));
+                Self::OfCurve(place.unwrap_or_default())
+            }
             _ => {
                 let place = STARTS.iter().position(|start| *start == name);
                 let allowed = || format!("one of {}, x1, v1, x2, v2", System::NUMERIC.join(", "));
                 Self::Start(place.ok_or_else(|| ParameterError::new("names", name, allowed()))?)
             }
         };
+        if let (Self::Restitution, Some(curve)) = (by, &system.restitution_curve) {
+            let allowed =
+                format!("the numbers of the restitution curve: {}", curve.names().join(", "));
+            return Err(ParameterError::new("names", name, allowed));
+        }
         if by == Self::Friction && system.contact == Contact::Direct {
             return Err(ParameterError::new("names", name, "friction only of oblique contact"));
         }

@@ -56,8 +56,11 @@ impl Differentiated {
                 return Ok(None);
             }
             let direction = impact.pre.v1.is_sign_negative();
-            if regime.replace((kind, direction)) != Some((kind, direction)) {
-                // Only impacts in one regime are smooth functions of u.
+            let approach = impact.impact.approach_velocity;
+            let curve = self.system.restitution_curve;
+            let formula = (kind, direction, curve.map_or(0, |curve| curve.piece(approach)));
+            if regime.replace(formula) != Some(formula) {
+                // Only impacts in one regime, with one formula for r, are smooth functions of u.
                 samples.clear();
                 best = None;
             }
@@ -86,7 +89,7 @@ impl Differentiated {
             }
         }
         let Some((_, count)) = best.filter(|(off, _)| *off <= CONVERGED) else { return Ok(None) };
-        let stops = regime.is_some_and(|(kind, _)| kind.sticks());
+        let stops = regime.is_some_and(|(kind, _, _)| kind.sticks());
         Ok(Some(self.limit(newest(&samples[..count]), (start, clock), state, stops)))
     }
 

@@ -201,7 +201,12 @@ impl Differentiated {
                 let turned = both(added.equation.map(|equation| equation.omega));
                 std::array::from_fn(|i| ahead[i] + turned[i])
             }
-            By::MassRatio | By::Restitution | By::Gap | By::Friction | By::Start(_) => [0.0; 4],
+            By::MassRatio
+            | By::Restitution
+            | By::OfCurve(_)
+            | By::Gap
+            | By::Friction
+            | By::Start(_) => [0.0; 4],
         }
     }
 
@@ -303,12 +308,15 @@ impl Differentiated {
             numbers: Numbers {
                 mass_ratio: system.mass_ratio,
                 friction: system.friction,
-                restitution: system.restitution,
+                restitution: system.restitution_with_slope(impact.impact.approach_velocity),
                 moves: 1.0,
             },
         };
         let (kind, signs) = self.regime(impact);
         let [by_slip, by_parting] = point.by_all(system.law, kind, signs);
+        let u = impact.impact.approach_velocity;
+        let by_curve =
+            |place| system.restitution_curve.map_or(0.0, |curve| curve.by_number(u, place));
         let mut after_it = Vec::with_capacity(columns.len());
         for (&[x1, v1, v2, delay], &by) in columns.iter().zip(&self.by) {
             let after = |row: &[f64; 6]| {
@@ -316,6 +324,7 @@ impl Differentiated {
                     By::MassRatio => row[3],
                     By::Friction => row[4],
                     By::Restitution => row[5],
+                    By::OfCurve(place) => row[5] * by_curve(place),
                     _ => 0.0,
                 };
                 row[0] * x1 + row[1] * v1 + row[2] * v2 + direct

@@ -22,12 +22,20 @@ pub enum OneSidedReason {
     ChatterOnset,
     /// The motion starts on the contact: beyond, the bodies overlap or fly.
     StartOnContact,
+    /// An impact at a knot of the restitution curve, where its slope jumps; derivatives are those from
+    /// above.
+    RestitutionKnot,
 }
 
 impl OneSidedReason {
     /// All, in order.
-    pub const ALL: &'static [Self] =
-        &[Self::Graze, Self::RegimeBorder, Self::ChatterOnset, Self::StartOnContact];
+    pub const ALL: &'static [Self] = &[
+        Self::Graze,
+        Self::RegimeBorder,
+        Self::ChatterOnset,
+        Self::StartOnContact,
+        Self::RestitutionKnot,
+    ];
 
     /// The name used in Python.
     #[must_use]
@@ -37,6 +45,7 @@ impl OneSidedReason {
             Self::RegimeBorder => "regime_border",
             Self::ChatterOnset => "chatter_onset",
             Self::StartOnContact => "start_on_contact",
+            Self::RestitutionKnot => "restitution_knot",
         }
     }
 }
@@ -64,6 +73,7 @@ pub(super) fn one_sided(
         Event::Stop(_) => None,
         _ if starts => Some(OneSidedReason::StartOnContact),
         Event::Impact(impact) if is_at_border(of, impact) => Some(OneSidedReason::RegimeBorder),
+        Event::Impact(impact) if is_at_knot(of, impact) => Some(OneSidedReason::RestitutionKnot),
         Event::Chatter(chatter) if has_no_force(of, chatter) => Some(OneSidedReason::ChatterOnset),
         _ => None,
     }
@@ -84,7 +94,8 @@ fn is_at_border(of: &Differentiated, impact: &ImpactEvent) -> bool {
     if kind == RegimeKind::Frictionless {
         return true;
     }
-    let (restitution, direction) = (system.restitution, signs.direction.value());
+    let restitution = system.restitution_at(impact.impact.approach_velocity);
+    let direction = signs.direction.value();
     let (switch, end) = regime_path(&contact, (restitution, &system.law), kind, direction);
     let speed = pre.v1.abs() + pre.v2.abs();
     let size = |border: Border| match border {
@@ -97,6 +108,12 @@ fn is_at_border(of: &Differentiated, impact: &ImpactEvent) -> bool {
     regime_borders(&contact, restitution, (kind, direction), (switch, &end), one_body)
         .iter()
         .any(is_small)
+}
+
+/// Whether an impact lies at a knot of the restitution curve, to rounding.
+fn is_at_knot(of: &Differentiated, impact: &ImpactEvent) -> bool {
+    let u = impact.impact.approach_velocity;
+    of.system.restitution_curve.is_some_and(|curve| curve.is_at_knot(u))
 }
 
 /// Whether the force that follows chatter is 0, to rounding.

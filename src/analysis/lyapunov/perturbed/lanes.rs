@@ -13,6 +13,7 @@
 use super::{Perturbations, PerturbedState, Series};
 use crate::analysis::tolerances::{LOW_APPROACH, MOST_CONTRACTION};
 use crate::model::parameters::ImpactLaw;
+use crate::model::restitution::RestitutionAt;
 use crate::model::state::{Clock, State};
 use crate::model::tip::Tip;
 use crate::numerics::lanes::{LANES, Lanes, lanes_of};
@@ -84,7 +85,13 @@ impl Node {
             turns: G::TURNS,
             rates: Rates::at(&before, phase.cos, (&pendulum, &oscillator)),
             approach_velocity,
-            numbers: Numbers { mass_ratio, friction, restitution, moves },
+            // A perturbation where r depends on u travels by itself.
+            numbers: Numbers {
+                mass_ratio,
+                friction,
+                restitution: RestitutionAt { value: restitution, by_speed: 0.0 },
+                moves,
+            },
         };
         let [[dx1], [dv1], [dv2], [dt]] = map(&point, &columns);
         let decay_rates = [pendulum.decay_rate, oscillator.decay_rate];
@@ -251,7 +258,8 @@ impl Perturbations<1> {
             && !self.paused
             && self.reader.mode.is_none()
             && matches!(self.series, Series::High)
-            && self.model.system.restitution > 0.0;
+            && self.model.system.restitution > 0.0
+            && self.model.system.restitution_curve.is_none();
         departure.slope.filter(|_| fits).map(|slope| (departure, slope))
     }
 
