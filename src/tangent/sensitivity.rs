@@ -77,6 +77,7 @@ impl<L: Along> Sensitivity<L> {
     }
 
     /// The same, whatever was differentiated.
+    #[cfg(feature = "python")]
     pub(crate) fn of_any(self) -> Sensitivity<Box<dyn Along>>
     where
         L: 'static,
