@@ -975,6 +975,9 @@ class Sensitivity:
     @property
     def one_sided(self) -> list[tuple[int, float, str]]:
         """Index, time and reason of each event from which on derivatives are one-sided."""
+    @property
+    def until(self) -> float | None:
+        """Up to when they are known, where Ctrl-C has ended the work; else None."""
     def trajectory(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
         """(len(t), r, k) of the states at times inside the kept window."""
 

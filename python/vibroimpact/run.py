@@ -197,7 +197,7 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         SimulationError
             If a leg of the motion has no derivatives that can be computed; ``.result`` is this run.
         Interrupted
-            After Ctrl-C; ``.result`` is this run.
+            After Ctrl-C; ``.result`` has the derivatives up to its ``until``.
 
         Examples
         --------
@@ -210,8 +210,6 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         except SimulationError as error:
             error.result = self
             raise
-        except KeyboardInterrupt:
-            raise Interrupted("interrupted while the run was differentiated", self) from None
         found: Sensitivity = verb("sensitivity")(core, self, names)
         return found
 

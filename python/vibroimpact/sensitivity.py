@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arguments import reject, times_of
+from .errors import Interrupted
 from .interruption import interruptible
 from .run_parts import read_only
 from .showing import Facts, Shown
@@ -73,9 +74,11 @@ class OneSided:
     reason
         ``"graze"``: beyond, the bodies strike. ``"regime_border"``: an impact on the border of two
         regimes. ``"chatter_onset"``: a chatter that ends where the contact force is 0; beyond, it
-        is incomplete. ``"start_on_contact"``: the motion starts on the contact; beyond, the bodies
-        overlap, or fly. ``"restitution_knot"``: an impact at a speed at which the slope of the
-        restitution jumps; derivatives are those from above.
+        is incomplete. ``"contact_border"``: a contact that begins without force, sticks at the
+        limit of friction, or ends where what ends it has no rate. ``"start_on_contact"``: the
+        motion starts on the contact; beyond, the bodies overlap, or fly. ``"restitution_knot"``: an
+        impact at a speed at which the slope of the restitution jumps; derivatives are those from
+        above.
 
     Examples
     --------
@@ -107,6 +110,8 @@ class _Core(Protocol):
     def final_state(self) -> NDArray[np.float64]: ...
     @property
     def one_sided(self) -> list[tuple[int, float, str]]: ...
+    @property
+    def until(self) -> float | None: ...
     def trajectory(self, t: NDArray[np.float64]) -> NDArray[np.float64]: ...
 
 
@@ -146,6 +151,17 @@ class Sensitivity(Shown):
     def names(self) -> tuple[str, ...]:
         """What the run is differentiated by: the last axis of all arrays."""
         return self._names
+
+    @property
+    def until(self) -> float:
+        """Time up to which the derivatives are known: the run's end, or where Ctrl-C came.
+
+        One that Ctrl-C has ended, ``Interrupted.result``, has the first rows of all tables, and the
+        final state of this time.
+        """
+        known = self._core.until
+        end: float = self._run.final_state.time if known is None else known
+        return end
 
     @property
     def run(self) -> Any:
@@ -205,7 +221,7 @@ class Sensitivity(Shown):
         (2, 4, 1)
         """
         times, single = times_of("t", t)
-        first, last = self._run.kept_from, self._run.final_state.time
+        first, last = self._run.kept_from, self.until
         outside = np.flatnonzero((times < first) | (times > last))
         if len(outside):
             place = int(outside[0])
@@ -246,6 +262,22 @@ class Sensitivity(Shown):
             f"<Sensitivity of {impacts} impacts and {sections} sections "
             f"by {', '.join(self._names)}>"
         )
+
+
+def told(
+    core: _Core, run: Any, names: tuple[str, ...], directions: Mapping[str, Any] = MappingProxyType({})
+) -> Sensitivity:
+    """Return a sensitivity that the core has found.
+
+    Raises
+    ------
+    Interrupted
+        If Ctrl-C has ended it; ``.result`` has the derivatives up to there.
+    """
+    found = Sensitivity(core, run, names, directions)
+    if core.until is not None:
+        raise Interrupted("interrupted while the run was differentiated", found)
+    return found
 
 
 def _again(run: Any, names: tuple[str, ...], directions: dict[str, Any]) -> Sensitivity:

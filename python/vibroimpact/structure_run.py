@@ -232,7 +232,7 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
         SimulationError
             If a leg of the motion has no derivatives that can be computed; ``.result`` is this run.
         Interrupted
-            After Ctrl-C; ``.result`` is this run.
+            After Ctrl-C; ``.result`` has the derivatives up to its ``until``.
 
         Examples
         --------
@@ -247,8 +247,6 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
         except SimulationError as error:
             error.result = self
             raise
-        except KeyboardInterrupt:
-            raise Interrupted("interrupted while the run was differentiated", self) from None
         if self._system._basis.is_modal:
             core = PhysicalSensitivity(core, self._system._from_core)
         found: Sensitivity = verb("sensitivity")(core, self, names, directions)

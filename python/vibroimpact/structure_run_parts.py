@@ -224,6 +224,11 @@ class PhysicalSensitivity:
         """As those of the core."""
         return self._core.one_sided
 
+    @property
+    def until(self) -> float | None:
+        """As that of the core."""
+        return self._core.until
+
     def trajectory(self, t: Array) -> Array:
         """As that of the core."""
         return self._rows(self._core.trajectory(t))

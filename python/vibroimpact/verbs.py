@@ -74,7 +74,7 @@ VERBS: Final[dict[Verb, str]] = {
     "run_of_cell": "sweeps.cell_runs:run_of_cell",
     "run_of_point": "sweeps.cell_runs:run_of_point",
     "run_of_start": "sweeps.basins.cell_runs:run_of_start",
-    "sensitivity": "sensitivity:Sensitivity",
+    "sensitivity": "sensitivity:told",
     "simulate": "simulation:simulate",
     "structure_run": "structure_run:StructureRun",
     "write_basins": "sweeps.basins.files:write_basins",

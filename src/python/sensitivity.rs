@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arrays;
-use super::cancel::{interrupted, interruptible};
+use super::cancel::interruptible;
 use super::errors::failed;
 use super::run::PyRun;
 use super::structure::rows;
@@ -22,7 +22,6 @@ impl From<SensitivityError> for PyErr {
         match error {
             SensitivityError::Parameter(error) => error.into(),
             SensitivityError::State(error) => error.into(),
-            SensitivityError::Cancelled => interrupted(error.to_string()),
             _ => failed(error.to_string()),
         }
     }
@@ -81,6 +80,11 @@ impl PySensitivity {
     #[getter]
     fn final_state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.table(py, &self.0.final_state, [self.width()])
+    }
+    /// Up to when they are known, where Ctrl-C has ended the work; else None.
+    #[getter]
+    fn until(&self) -> Option<f64> {
+        self.0.until
     }
     /// Index, time and reason of each event from which on derivatives are one-sided.
     #[getter]

@@ -57,6 +57,9 @@ pub struct Sensitivity<L = Legs> {
     pub final_state: Vec<f64>,
     /// Events from which on derivatives are one-sided.
     pub one_sided: Vec<OneSided>,
+    /// Up to when they are known, where the caller has cancelled the rest; `final_state` is then that of
+    /// this time, and the tables have the first rows of the run's.
+    pub until: Option<f64>,
     legs: L,
 }
 
@@ -82,9 +85,20 @@ impl<L: Along> Sensitivity<L> {
     where
         L: 'static,
     {
-        let Self { names, times, before, after, stroboscopic, final_state, one_sided, legs } = self;
+        let Self { names, times, before, after, stroboscopic, final_state, .. } = self;
+        let Self { one_sided, until, legs, .. } = self;
         let legs: Box<dyn Along> = Box::new(legs);
-        Sensitivity { names, times, before, after, stroboscopic, final_state, one_sided, legs }
+        Sensitivity {
+            names,
+            times,
+            before,
+            after,
+            stroboscopic,
+            final_state,
+            one_sided,
+            until,
+            legs,
+        }
     }
 }
 
@@ -169,28 +183,23 @@ pub fn sensitivity(
         .section_phase(options.section_phase)
         .cancel_with(cancel);
     let mut follower = Follower::new(&of, initial, (run.window, end), options.section_phase);
-    let final_state = follower.follow(simulation)?;
+    let last = follower.follow(simulation)?;
+    let until = last.is_none().then_some(follower.reached());
+    let final_state = match last {
+        Some(columns) => columns,
+        None => follower.so_far()?,
+    };
     let rows = follower.rows;
-    let other = |time: f64| SensitivityError::OtherMotion { time };
-    let same = |(event, row): (&ImpactEvent, &ImpactRecord)| {
+    let same = |event: &ImpactEvent, row: &ImpactRecord| {
         event.clock.period == row.period
             && (event.time - row.time).abs() <= SAME_TIME * row.time.abs()
     };
-    // Of the window's first drive period the run may keep a part only.
-    let (found, wanted) = (rows.impacts.len(), run.impacts.len());
-    let more = found.checked_sub(wanted).ok_or(other(run.final_state.time))?;
-    let mut pairs = rows.impacts[more..].iter().zip(&run.impacts);
-    if let Some((_, row)) = pairs.find(|pair| !same(*pair)) {
-        return Err(other(row.time));
-    }
-    let more_sections =
-        rows.sections.checked_sub(run.stroboscopic.len()).ok_or(other(run.final_state.time))?;
+    let place = Place { end: run.final_state.time, until, events: run.events.len() };
+    let more = place.more(&rows.impacts, &run.impacts, same, |row| row.time)?;
+    let sections = (rows.sections, run.stroboscopic.len());
+    let more_sections = place.more_sections(sections, run.first_section - rows.first_section)?;
     let k = names.len();
     let from = |table: Vec<f64>, rows: usize| table[rows * k..].to_vec();
-    // The stop is an event of the run.
-    let before = rows.events + 1 - run.events.len() as i64;
-    let one_sided = rows.one_sided.into_iter();
-    let one_sided = one_sided.map(|at| OneSided { index: (at.index - before).max(-1), ..at });
     Ok(Sensitivity {
         names: names.to_vec(),
         times: from(rows.times, more),
@@ -198,7 +207,64 @@ pub fn sensitivity(
         after: from(rows.after, 4 * more),
         stroboscopic: from(rows.stroboscopic, 4 * more_sections),
         final_state: rows_of(&final_state).collect(),
-        one_sided: one_sided.collect(),
-        legs: Legs { of, all: rows.legs, span: (run.kept_from(), run.final_state.time) },
+        one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
+        until,
+        legs: Legs {
+            of,
+            all: rows.legs,
+            span: (run.kept_from(), until.unwrap_or(run.final_state.time)),
+        },
     })
+}
+
+/// Which rows found are those of the run.
+struct Place {
+    end: f64,
+    until: Option<f64>,
+    /// The run's events.
+    events: usize,
+}
+
+impl Place {
+    /// How many impacts come before the first that the run keeps: of the window's first drive period it
+    /// may keep a part only.
+    fn more<E, R>(
+        &self,
+        found: &[E],
+        kept: &[R],
+        same: impl Fn(&E, &R) -> bool,
+        time: impl Fn(&R) -> f64,
+    ) -> Result<usize, SensitivityError> {
+        let other = |time: f64| SensitivityError::OtherMotion { time };
+        let more = if self.until.is_some() {
+            let first = kept.first().and_then(|row| found.iter().position(|e| same(e, row)));
+            first.unwrap_or(found.len())
+        } else {
+            found.len().checked_sub(kept.len()).ok_or(other(self.end))?
+        };
+        match found[more..].iter().zip(kept).find(|(event, row)| !same(event, row)) {
+            Some((_, row)) => Err(other(time(row))),
+            None => Ok(more),
+        }
+    }
+
+    /// The same of sections; `later`: by so many the run's first one comes after the first found.
+    fn more_sections(
+        &self,
+        (found, kept): (usize, usize),
+        later: i64,
+    ) -> Result<usize, SensitivityError> {
+        if self.until.is_some() {
+            return Ok(usize::try_from(later).unwrap_or(0).min(found));
+        }
+        found.checked_sub(kept).ok_or(SensitivityError::OtherMotion { time: self.end })
+    }
+
+    /// Events by their rows in the run, of so many events found, some before the window.
+    fn marks(&self, found: Vec<OneSided>, (all, earlier): (i64, i64)) -> Vec<OneSided> {
+        // The stop is an event of the run.
+        let before = if self.until.is_some() { earlier } else { all + 1 - self.events as i64 };
+        let at = |at: OneSided| OneSided { index: (at.index - before).max(-1), ..at };
+        found.into_iter().map(at).collect()
+    }
 }

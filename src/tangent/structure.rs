@@ -15,6 +15,7 @@
 //! cases: F+ is that of the leg which follows in the end.
 
 mod chatter;
+mod equation;
 mod forced;
 mod impact;
 mod perturbed;

@@ -35,7 +35,7 @@ pub(super) struct Differentiated {
     needs: [Needs; 2],
     loads: [Option<Loads>; 2],
     /// The fastest rate at which anything turns or decays.
-    fastest: f64,
+    pub(super) fastest: f64,
 }
 
 /// The derivatives at one instant of a motion.

@@ -5,9 +5,10 @@ use super::by::By;
 use super::columns::{Column, Differentiated, Here};
 use super::error::SensitivityError;
 use crate::contact::sustained::ContactMode;
-use crate::model::state::Clock;
+use crate::model::state::{Clock, State};
 use crate::numerics::dual::Number;
 use crate::tangent::itinerary::{Leg, StickEnd};
+use crate::tangent::tolerances::AT_BORDER;
 use crate::tangent::{
     Dual, DualState, END, FREE, Model, Moment, mode as slide_mode, on_contact, slide, traverse,
 };
@@ -46,18 +47,19 @@ impl Differentiated {
     }
 
     /// Derivatives of x1, x1', x2' and the time after the event that ends a leg from here, by chatter or
-    /// contact.
+    /// contact, in this state; and whether what ends it does so without a rate, to rounding.
     pub fn passed(
         &self,
         here: &Here,
         (leg, mode): (Leg, Option<ContactMode>),
-        clock: Clock,
-    ) -> Result<Vec<Column>, SensitivityError> {
+        (clock, state): (Clock, &State),
+    ) -> Result<(Vec<Column>, bool), SensitivityError> {
         let leg = match (leg, self.slides_with_wall(here)) {
             (Leg::Stick(StickEnd::Release), Some(positive)) => Leg::SlideToRelease(positive),
             _ => leg,
         };
         let mut columns = vec![[0.0; 4]; self.by.len()];
+        let (mut is_flat, ends) = (false, leg != Leg::Chatter);
         for (model, part) in self.parts() {
             let (start, from) = start(&model, here, mode);
             let time = Dual::variable(clock.time_in_period, END);
@@ -66,6 +68,7 @@ impl Differentiated {
                 SensitivityError::NoDerivative { time: model.motion.drive.time(clock) }
             })?;
             let condition = &outcome.condition;
+            is_flat = ends && condition.slope[END].abs() <= AT_BORDER * self.changes(state, clock);
             let [x1, v1, v2] = &outcome.image;
             for (i, direction) in part {
                 let along = |dual: &Dual| along(dual, &here.columns[i], direction);
@@ -74,7 +77,13 @@ impl Differentiated {
                 columns[i] = [row(x1), row(v1), row(v2), delay];
             }
         }
-        Ok(columns)
+        Ok((columns, is_flat))
+    }
+
+    /// How fast accelerations change in this state, at most.
+    fn changes(&self, state: &State, clock: Clock) -> f64 {
+        let [a1, a2] = self.rates(state, clock).accelerations;
+        (1.0 + self.fastest) * (a1.abs() + a2.abs())
     }
 
     /// Derivatives of the state at a fixed instant of a contact phase from here, and the rates of x1,

@@ -1,7 +1,6 @@
 //! Why a run has no derivatives.
 
 use crate::model::error::{ParameterError, SimulationError, StateError};
-use crate::simulate::event::StopReason;
 use crate::tangent::structure::StructureTangentError;
 
 /// Why a run has no derivatives.
@@ -48,9 +47,6 @@ pub enum SensitivityError {
         /// When.
         time: f64,
     },
-    /// The caller wished it.
-    #[error("cancelled")]
-    Cancelled,
 }
 
 impl From<StructureTangentError> for SensitivityError {
@@ -58,7 +54,6 @@ impl From<StructureTangentError> for SensitivityError {
         match why {
             StructureTangentError::State(error) => error.into(),
             StructureTangentError::Simulation(error) => error.into(),
-            StructureTangentError::Stopped(StopReason::Interrupted) => Self::Cancelled,
             other => Self::Structure(other),
         }
     }

@@ -3,7 +3,7 @@
 use super::by::By;
 use super::columns::{Column, Differentiated, Here, moves_stop};
 use super::error::SensitivityError;
-use super::marks::{OneSided, one_sided};
+use super::marks::{OneSided, OneSidedReason, one_sided};
 use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
 use crate::simulate::event::{Event, ImpactEvent, StopReason};
@@ -44,8 +44,11 @@ pub(super) struct Rows {
     pub sections: usize,
     pub legs: Vec<SensitiveLeg>,
     pub one_sided: Vec<OneSided>,
-    /// Events so far.
+    /// Number of the first section.
+    pub first_section: i64,
+    /// Events so far, and those before the window.
     pub events: i64,
+    pub earlier: i64,
 }
 
 /// Follows a motion.
@@ -91,8 +94,12 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// Follows a simulation to the end of the run; returns the derivatives of the state there.
-    pub fn follow(&mut self, mut simulation: Simulation) -> Result<Vec<Column>, SensitivityError> {
+    /// Follows a simulation to the end of the run; returns the derivatives of the state there, or nothing
+    /// if the caller has cancelled.
+    pub fn follow(
+        &mut self,
+        mut simulation: Simulation,
+    ) -> Result<Option<Vec<Column>>, SensitivityError> {
         let mut passed = Passed::default();
         loop {
             let event = match simulation.advance(&mut passed) {
@@ -104,28 +111,42 @@ impl<'a> Follower<'a> {
                 && stop.clock < self.end
             {
                 let cancelled = stop.reason == StopReason::Interrupted;
-                return Err(if cancelled {
-                    SensitivityError::Cancelled
-                } else {
-                    self.other_motion(stop.clock)
-                });
+                return if cancelled { Ok(None) } else { Err(self.other_motion(stop.clock)) };
             }
             self.leg.hops = matches!(event, Event::Chatter(_)) || simulation.skips_at(&event);
             for k in passed.0.drain(..) {
                 let period = k - i64::from(self.section_offset > 0.0);
                 let clock = Clock::new(period, self.section_offset);
                 if clock <= self.end && clock >= self.window {
+                    if self.rows.sections == 0 {
+                        self.rows.first_section = k;
+                    }
                     self.section(clock)?;
                 }
             }
             if over {
                 self.keep_leg();
-                let (columns, rates) = self.leg.at(self.of, self.end)?;
-                // At a fixed time since the start.
-                return Ok(self.of.at_fixed_time(columns, &rates, self.end));
+                return Ok(Some(self.at(self.end)?));
             }
             self.take(&event)?;
         }
+    }
+
+    /// Derivatives in the present leg, at a fixed time since the start.
+    fn at(&self, clock: Clock) -> Result<Vec<Column>, SensitivityError> {
+        let (columns, rates) = self.leg.at(self.of, clock)?;
+        Ok(self.of.at_fixed_time(columns, &rates, clock))
+    }
+
+    /// The time of the last event so far,
+    pub fn reached(&self) -> f64 {
+        self.leg.time
+    }
+
+    /// and the derivatives there.
+    pub fn so_far(&mut self) -> Result<Vec<Column>, SensitivityError> {
+        self.keep_leg();
+        self.at(self.leg.here.clock)
     }
 
     fn section(&mut self, clock: Clock) -> Result<(), SensitivityError> {
@@ -154,9 +175,10 @@ impl<'a> Follower<'a> {
     fn take(&mut self, event: &Event) -> Result<(), SensitivityError> {
         let (clock, time) = (event.clock(), self.of.model.motion.drive.time(event.clock()));
         if let Some(reason) = one_sided(self.of, event, self.leg.here.departure.slope.is_none()) {
-            self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
+            self.mark(time, reason);
         }
         self.rows.events += 1;
+        self.rows.earlier += i64::from(clock < self.window);
         if let Event::Graze(_) = event {
             return Ok(());
         }
@@ -178,11 +200,16 @@ impl<'a> Follower<'a> {
                     Leg::Chatter => self.of.accumulated(here, clock, &state)?,
                     _ => None,
                 };
-                let columns = match accumulated {
-                    Some(columns) => columns,
-                    None => self.of.passed(here, (leg, mode), clock)?,
+                let (columns, is_flat) = match accumulated {
+                    Some(columns) => (columns, false),
+                    None => self.of.passed(here, (leg, mode), (clock, &state))?,
                 };
                 self.leg.here = self.of.event(columns, clock, state);
+                if is_flat {
+                    self.rows.events -= 1;
+                    self.mark(time, OneSidedReason::ContactBorder);
+                    self.rows.events += 1;
+                }
             }
             LegChange::Begins(state) => self.begin_contact(clock, state)?,
             LegChange::Nothing | LegChange::Stops(_) => {}
@@ -190,6 +217,13 @@ impl<'a> Follower<'a> {
         (self.before_low, self.last) = (None, 0.0);
         (self.leg.mode, self.leg.time) = (self.reader.mode, time);
         Ok(())
+    }
+
+    /// Derivatives are one-sided from the next event on; of several reasons the first one says it.
+    fn mark(&mut self, time: f64, reason: OneSidedReason) {
+        if self.rows.one_sided.last().is_none_or(|last| last.time != time) {
+            self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
+        }
     }
 
     fn impact(&mut self, impact: &ImpactEvent, time: f64) -> Result<(), SensitivityError> {

@@ -1,10 +1,11 @@
 //! Events at which the derivatives are those of one side only.
 
 use super::columns::Differentiated;
+use crate::contact::sustained::{ContactForce, ContactMode};
 use crate::impact::RegimeKind;
 use crate::model::contact_coordinates::PreImpact;
 use crate::model::state::Clock;
-use crate::simulate::event::{ChatterEvent, Event, ImpactEvent};
+use crate::simulate::event::{ChatterEvent, ContactEvent, Event, ImpactEvent};
 use crate::tangent::border::{Border, BorderValue};
 use crate::tangent::impact::{regime_borders, regime_path};
 use crate::tangent::itinerary::Leg;
@@ -20,6 +21,9 @@ pub enum OneSidedReason {
     RegimeBorder,
     /// Chatter that ends where the contact force is 0: beyond, it is incomplete.
     ChatterOnset,
+    /// Contact that begins without force, sticks at the limit of friction, or ends without a rate of what
+    /// ends it: beyond, it goes on otherwise.
+    ContactBorder,
     /// The motion starts on the contact: beyond, the bodies overlap or fly.
     StartOnContact,
     /// An impact at a knot of the restitution curve, where its slope jumps; derivatives are those from
@@ -33,6 +37,7 @@ impl OneSidedReason {
         Self::Graze,
         Self::RegimeBorder,
         Self::ChatterOnset,
+        Self::ContactBorder,
         Self::StartOnContact,
         Self::RestitutionKnot,
     ];
@@ -44,6 +49,7 @@ impl OneSidedReason {
             Self::Graze => "graze",
             Self::RegimeBorder => "regime_border",
             Self::ChatterOnset => "chatter_onset",
+            Self::ContactBorder => "contact_border",
             Self::StartOnContact => "start_on_contact",
             Self::RestitutionKnot => "restitution_knot",
         }
@@ -75,6 +81,11 @@ pub(super) fn one_sided(
         Event::Impact(impact) if is_at_border(of, impact) => Some(OneSidedReason::RegimeBorder),
         Event::Impact(impact) if is_at_knot(of, impact) => Some(OneSidedReason::RestitutionKnot),
         Event::Chatter(chatter) if has_no_force(of, chatter) => Some(OneSidedReason::ChatterOnset),
+        Event::SlidePositive(contact) | Event::SlideNegative(contact) | Event::Stick(contact)
+            if is_at_border_of_contact(of, contact) =>
+        {
+            Some(OneSidedReason::ContactBorder)
+        }
         _ => None,
     }
 }
@@ -120,4 +131,14 @@ fn is_at_knot(of: &Differentiated, impact: &ImpactEvent) -> bool {
 fn has_no_force(of: &Differentiated, chatter: &ChatterEvent) -> bool {
     let [a1, a2] = of.rates(&chatter.state, chatter.clock).accelerations;
     chatter.force.normal.abs() <= AT_BORDER * (a1.abs() + a2.abs())
+}
+
+/// Whether contact begins or goes on without force, or sticks at the limit of friction, to rounding.
+fn is_at_border_of_contact(of: &Differentiated, contact: &ContactEvent) -> bool {
+    let [a1, a2] = of.rates(&contact.state, contact.clock).accelerations;
+    let (size, friction) = (a1.abs() + a2.abs(), of.system.friction);
+    let ContactForce { normal, tangential } = contact.force;
+    let sticks = contact.mode == Some(ContactMode::Stick) && friction > 0.0;
+    let grip = friction * normal - tangential.abs();
+    normal <= AT_BORDER * size || (sticks && grip <= AT_BORDER * (1.0 + friction) * size)
 }

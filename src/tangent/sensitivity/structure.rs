@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, RowDVector};
 
 use super::error::SensitivityError;
 use super::marks::{OneSided, OneSidedReason};
-use super::{Along, Sensitivity, check_names};
+use super::{Along, Place, Sensitivity, check_names};
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState, Variation};
 use crate::numerics::cancel::CancelToken;
@@ -105,7 +105,11 @@ struct Rows {
     stroboscopic: Vec<f64>,
     sections: usize,
     one_sided: Vec<OneSided>,
+    first_section: i64,
     events: i64,
+    earlier: i64,
+    /// Where the last chatter ended.
+    chatter: Option<Clock>,
 }
 
 struct Follower<'a> {
@@ -123,11 +127,11 @@ impl Follower<'_> {
         SensitivityError::OtherMotion { time: self.of.drive().time(clock) }
     }
 
-    /// To the end of the run: derivatives of the state there.
+    /// To the end of the run: derivatives of the state there, or nothing if the caller has cancelled.
     fn follow(
         &mut self,
         mut simulation: Simulation<Structure>,
-    ) -> Result<DMatrix<f64>, SensitivityError> {
+    ) -> Result<Option<DMatrix<f64>>, SensitivityError> {
         let mut passed = Passed::default();
         self.leg(&simulation, self.derivatives.clone());
         loop {
@@ -137,6 +141,9 @@ impl Follower<'_> {
                 let period = k - i64::from(self.section_offset > 0.0);
                 let clock = Clock::new(period, self.section_offset);
                 if clock <= self.end && clock >= self.window {
+                    if self.rows.sections == 0 {
+                        self.rows.first_section = k;
+                    }
                     self.section(clock)?;
                 }
             }
@@ -147,14 +154,10 @@ impl Follower<'_> {
                     && stop.clock < self.end
                 {
                     let cancelled = stop.reason == StopReason::Interrupted;
-                    return Err(if cancelled {
-                        SensitivityError::Cancelled
-                    } else {
-                        self.other_motion(stop.clock)
-                    });
+                    return if cancelled { Ok(None) } else { Err(self.other_motion(stop.clock)) };
                 }
                 let Some(last) = self.legs.last() else { return Err(self.other_motion(self.end)) };
-                return last.at_fixed_time(self.of, self.end);
+                return Ok(Some(last.at_fixed_time(self.of, self.end)?));
             }
             self.derivatives.pass(&before, &simulation, event.as_ref())?;
             if let Some(event) = &event {
@@ -209,6 +212,10 @@ impl Follower<'_> {
             self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
         }
         self.rows.events += 1;
+        self.rows.earlier += i64::from(event.clock() < self.window);
+        if let StructureEvent::Chatter(chatter) = event {
+            self.rows.chatter = Some(chatter.clock);
+        }
         let StructureEvent::Impact(impact) = event else { return };
         let Some(([before, after], delay)) = self.derivatives.told() else { return };
         if impact.clock < self.window {
@@ -232,6 +239,11 @@ impl Follower<'_> {
             _ if at_start => Some(OneSidedReason::StartOnContact),
             StructureEvent::Impact(impact) if self.of.is_at_border(impact) => {
                 Some(OneSidedReason::RegimeBorder)
+            }
+            StructureEvent::Closed(contact) if self.of.is_at_border_of_contact(contact) => {
+                let onset = self.rows.chatter == Some(contact.clock);
+                let onset = onset.then_some(OneSidedReason::ChatterOnset);
+                Some(onset.unwrap_or(OneSidedReason::ContactBorder))
             }
             _ => None,
         }
@@ -305,28 +317,27 @@ pub fn structure_sensitivity(
         legs: Vec::new(),
         rows: Rows::default(),
     };
-    let final_state = follower.follow(simulation)?;
+    let last = follower.follow(simulation)?;
     let Follower { legs, rows, .. } = follower;
-    let other = |time: f64| SensitivityError::OtherMotion { time };
-    let same = |(event, row): (&StopImpactEvent, &StopImpactRecord)| {
+    let mut until = None;
+    let final_state = match (last, legs.last()) {
+        (Some(columns), _) => columns,
+        (None, Some(leg)) => {
+            until = Some(leg.time);
+            leg.at_fixed_time(&of, leg.clock)?
+        }
+        (None, None) => return Err(SensitivityError::OtherMotion { time: 0.0 }),
+    };
+    let same = |event: &StopImpactEvent, row: &StopImpactRecord| {
         event.clock.period == row.period
             && (event.time - row.time).abs() <= SAME_TIME * row.time.abs()
     };
-    // Of the window's first drive period the run may keep a part only.
-    let (found, wanted) = (rows.impacts.len(), run.impacts.len());
-    let more = found.checked_sub(wanted).ok_or(other(run.final_state.time))?;
-    let mut pairs = rows.impacts[more..].iter().zip(&run.impacts);
-    if let Some((_, row)) = pairs.find(|pair| !same(*pair)) {
-        return Err(other(row.time));
-    }
-    let more_sections =
-        rows.sections.checked_sub(run.stroboscopic.len()).ok_or(other(run.final_state.time))?;
+    let place = Place { end: run.final_state.time, until, events: run.events.len() };
+    let more = place.more(&rows.impacts, &run.impacts, same, |row| row.time)?;
+    let sections = (rows.sections, run.stroboscopic.len());
+    let more_sections = place.more_sections(sections, run.first_section - rows.first_section)?;
     let k = names.len();
     let from = |table: Vec<f64>, rows: usize| table[rows * k..].to_vec();
-    // The stop is an event of the run.
-    let before = rows.events + 1 - run.events.len() as i64;
-    let one_sided = rows.one_sided.into_iter();
-    let one_sided = one_sided.map(|at| OneSided { index: (at.index - before).max(-1), ..at });
     let mut last = Vec::with_capacity(final_state.len());
     tell(&final_state, &mut last);
     Ok(Sensitivity {
@@ -336,7 +347,12 @@ pub fn structure_sensitivity(
         after: from(rows.after, 2 * count * more),
         stroboscopic: from(rows.stroboscopic, 2 * count * more_sections),
         final_state: last,
-        one_sided: one_sided.collect(),
-        legs: StructureLegs { of, all: legs, span: (run.kept_from(), run.final_state.time) },
+        one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
+        until,
+        legs: StructureLegs {
+            of,
+            all: legs,
+            span: (run.kept_from(), until.unwrap_or(run.final_state.time)),
+        },
     })
 }

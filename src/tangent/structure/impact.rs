@@ -9,7 +9,7 @@ use crate::model::parameters::ImpactLaw;
 use crate::model::state::Clock;
 use crate::model::structure::Structure;
 use crate::numerics::dual::{Dual, Number};
-use crate::simulate::structure::StopImpactEvent;
+use crate::simulate::structure::{StopContactEvent, StopImpactEvent, StructureMode};
 use crate::tangent::border::{Border, BorderValue};
 use crate::tangent::impact::{regime_borders, regime_path};
 use crate::tangent::tolerances::AT_BORDER;
@@ -304,5 +304,28 @@ impl Linearised {
             _ => coupling.abs() + contact.grip().value,
         };
         met.borders().iter().any(|at| at.value.abs() <= AT_BORDER * size(at.border))
+    }
+
+    /// Whether a stop closes without force, or sticks at the limit of friction, to rounding.
+    pub fn is_at_border_of_contact(&self, event: &StopContactEvent) -> bool {
+        let (stop, [normal, tangential]) = (event.stop, event.force);
+        let closes = event.closed.contains(&u32::try_from(stop).unwrap_or(u32::MAX));
+        if !closes {
+            return false;
+        }
+        let (structure, clock) = (&self.structure, event.clock);
+        let at = &structure.stops()[stop];
+        // What the force is a difference of.
+        let rows = structure.contact(stop);
+        let terms = structure.modes().iter().zip(&rows.modal_normal).map(|(mode, n)| {
+            let place = mode.frequency.value().powi(2) * mode.along(&event.state.q);
+            let rate = 2.0 * mode.decay_rate * mode.along(&event.state.v);
+            n.hi.abs() * (mode.load.abs() + mode.drive.norm() + place.abs() + rate.abs())
+        });
+        let (_, by_time) = self.by_time(stop, clock);
+        let size = (terms.sum::<f64>() + by_time.abs()) / rows.mobilities[0];
+        let sticks = event.mode == Some(StructureMode::Stick) && at.friction() > 0.0;
+        let grip = at.friction() * normal - tangential.abs();
+        normal <= AT_BORDER * size || (sticks && grip <= AT_BORDER * (1.0 + at.friction()) * size)
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 use super::StructureTangentError;
+use super::forced::Steppers;
 use super::impact::along;
 use super::rates::Linearised;
 use super::samples::{Sample, Samples};
@@ -23,6 +24,8 @@ use crate::tangent::tolerances::{SHORT_BOUNCE, SLOW_BOUNCE, STILL_FLIGHT};
 #[derive(Debug, Clone)]
 pub(crate) struct Perturbed {
     pub(super) of: Arc<Linearised>,
+    /// What legs add to derivatives by numbers.
+    steppers: Arc<Steppers>,
     /// Of the state at this time; or, with a delay, of that at the event of this time.
     pub(super) columns: DMatrix<f64>,
     pub(super) clock: Clock,
@@ -46,6 +49,7 @@ impl Perturbed {
         let rank = columns.nrows();
         Self {
             of,
+            steppers: Arc::default(),
             columns,
             clock,
             delay: None,
@@ -192,7 +196,7 @@ impl Perturbed {
         }
         self.settle(leg);
         self.struck.clear();
-        let forced = self.of.forced(leg, self.clock, elapsed.hi);
+        let forced = self.steppers.forced(&self.of, leg, (self.clock, elapsed.hi));
         let forced = forced.map_err(StructureTangentError::Damping)?;
         if let Some(forced) = &forced {
             self.columns -= &forced.start;
