@@ -29,6 +29,8 @@ H = Fraction(1, 10**25)
 DIGITS = 20
 #: Number of the impact that is told, at most: in chatter all come one after another.
 IMPACT = 5
+#: Most drive periods.
+PERIODS = 3
 #: Cases whose neighbours meet the same stops in the same order.
 SCENES = [
     *("coupled_damping", "free_body_on_a_damper", "chatter_and_contact"),
@@ -40,24 +42,21 @@ _OF_STOPS = ("gap", "restitution", "friction", "amplitude", "phase")
 
 
 def names(case: Case) -> Iterator[str]:
-    """What a run is differentiated by: not what lies at the end of its range."""
+    """What a run is differentiated by: one number of each kind, not what ends its range."""
     values = case.values
     count = len(values["mass"])
     yield from ("drive_frequency", "static_load[0]")
     if "drive_amplitude" in values:
         yield "phase"
-    for place, stop in enumerate(values["stops"]):
-        moves = stop.get("amplitude", 0.0) != 0.0
-        known = ("gap", "restitution", "friction", *(("amplitude", "phase") if moves else ()))
-        yield from (f"{of}_{place}" for of in known if of == "gap" or stop.get(of, 0.0) != 0.0)
-    for matrix in ("mass", "stiffness", *(("damping",) if "damping" in values else ())):
-        yield f"{matrix}[0,0]"
-        if count > 1 and matrix != "damping":
-            yield f"{matrix}[0,{count - 1}]"
-    yield from (
-        f"damping_ratios[{i}]" for i in range(min(2, len(values.get("damping_ratios", []))))
-    )
-    yield from (f"{of}_{i}" for of in "qv" for i in range(min(2, count)))
+    stop = values["stops"][0]
+    yield "gap_0"
+    yield from (f"{of}_0" for of in ("restitution", "friction") if stop.get(of, 0.0) != 0.0)
+    if stop.get("amplitude", 0.0) != 0.0:
+        yield from ("amplitude_0", "phase_0")
+    yield from ("mass[0,0]", f"stiffness[0,{count - 1}]")
+    yield from (f"{of}[0,0]" for of in ("damping",) if of in values)
+    yield from (f"{of}[0]" for of in ("damping_ratios",) if of in values)
+    yield from ("q_0", "v_0")
 
 
 def changed(case: Case, name: str, by: Fraction) -> StructureRun:
@@ -86,7 +85,12 @@ def changed(case: Case, name: str, by: Fraction) -> StructureRun:
             start["qv".index(field)][int(place)] += by
     else:
         values[name] = Fraction(values.get(name, 0.0)) + by
-    return simulate(Structure.parse(values), start, periods=case.periods)
+    return simulate(Structure.parse(values), start, periods=periods(case))
+
+
+def periods(case: Case) -> int:
+    """How many drive periods are followed."""
+    return min(case.periods or PERIODS, PERIODS)
 
 
 def told(run: StructureRun) -> tuple[list[arb], list[arb]]:
@@ -128,7 +132,7 @@ def scene_record(name: str) -> dict[str, Any]:
     return {
         **case.values,
         "initial": list(case.initial),
-        "periods": case.periods,
+        "periods": periods(case),
         "by": by,
         "number": min(IMPACT, len(met.impacts)) - 1,
         "impact": at_impact,
