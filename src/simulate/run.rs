@@ -38,7 +38,7 @@ use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{EventRecord, StopEvent, StopReason};
 use crate::simulate::tolerances::DEFAULT_MAX_EVENTS;
-use crate::simulate::{Anchor, AnchorOf, CheckpointOf, Simulation};
+use crate::simulate::{Anchor, AnchorOf, CheckpointOf, FlightStart, Phase, Simulation};
 
 /// Why a run could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -189,6 +189,13 @@ impl<M: Recorded> Run<M> {
 }
 
 impl Run {
+    /// Whether it has kept all events since a start apart, and between them the bodies fly.
+    pub(crate) fn is_all_flights(&self) -> bool {
+        let apart = self.window_anchor.phase == Phase::Flight(FlightStart::Apart);
+        let whole = self.window == Clock::START && apart;
+        whole && self.contacts.is_empty() && !self.skips_at_end()
+    }
+
     /// A run that ends at the same instant in another state, of which nothing is kept; `None` unless
     /// both runs end in free flight there.
     pub(crate) fn begun_from(&self, state: State) -> Option<Run> {

@@ -1,6 +1,6 @@
 //! Derivatives of a run by the parameters of its system and by its start (docs/sensitivity.md).
 //!
-//! The motion is followed once more. Flights and impacts carry the derivatives by all numbers at once,
+//! The motion is followed once more, along its events where the run has kept them. Flights and impacts carry the derivatives by all numbers at once,
 //! as they carry perturbations (strike.rs), and add what each number changes by itself. Chatter and
 //! contact phases do so by the derivatives of their legs. Nothing is approximated but the limit of
 //! chatter, whose error is stated with its event.
@@ -12,6 +12,7 @@ mod contact;
 mod error;
 mod follow;
 mod marks;
+mod source;
 mod structure;
 
 pub use error::SensitivityError;
@@ -21,6 +22,7 @@ pub use structure::{StructureLegs, structure_sensitivity};
 use by::By;
 use columns::Differentiated;
 use follow::{Follower, SensitiveLeg, rows_of};
+use source::{Kept, Source};
 
 use crate::model::error::ParameterError;
 use crate::model::state::State;
@@ -176,14 +178,24 @@ pub fn sensitivity(
     let of = Differentiated::new(&run.system, by, names.to_vec());
     let options = &run.options;
     let end = run.final_state.clock;
-    let simulation = Simulation::new(&run.system, initial)?
-        .until(options.horizon)
-        .max_events(options.max_events)
-        .chatter_tolerance(options.chatter_tolerance)
-        .section_phase(options.section_phase)
-        .cancel_with(cancel);
     let mut follower = Follower::new(&of, initial, (run.window, end), options.section_phase);
-    let last = follower.follow(simulation)?;
+    let source = if run.is_all_flights() {
+        let kept = Kept::new(run, follower.section_offset, cancel);
+        let (clock, state) = kept.first();
+        if !follower.leads_to(clock, &state) {
+            return Err(SensitivityError::OtherMotion { time: of.model.motion.drive.time(clock) });
+        }
+        Source::Kept(kept)
+    } else {
+        let simulation = Simulation::new(&run.system, initial)?
+            .until(options.horizon)
+            .max_events(options.max_events)
+            .chatter_tolerance(options.chatter_tolerance)
+            .section_phase(options.section_phase)
+            .cancel_with(cancel);
+        Source::Found(Box::new(simulation))
+    };
+    let last = follower.follow(source)?;
     let until = last.is_none().then_some(follower.reached());
     let final_state = match last {
         Some(columns) => columns,

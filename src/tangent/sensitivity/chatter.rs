@@ -4,7 +4,7 @@
 //! functions of the separation velocity u; the limit at u = 0 is extrapolated for numbers that carry
 //! derivatives, some columns at a time.
 
-use super::columns::{Column, Differentiated, Here};
+use super::columns::{Columns, Differentiated, Here};
 use super::error::SensitivityError;
 use crate::contact::tolerances::CHATTER_SPACING;
 use crate::impact::RegimeKind;
@@ -41,7 +41,7 @@ impl Differentiated {
         start: &Here,
         clock: Clock,
         state: &State,
-    ) -> Result<Option<Vec<Column>>, SensitivityError> {
+    ) -> Result<Option<Columns>, SensitivityError> {
         let drive = &self.model.motion.drive;
         let mut samples: Vec<Sample> = Vec::new();
         let (mut here, mut regime) = (start.clone(), None);
@@ -100,10 +100,10 @@ impl Differentiated {
         (start, clock): (&Here, Clock),
         state: &State,
         stops: bool,
-    ) -> Vec<Column> {
+    ) -> Columns {
         let contact = self.system.contact;
         let oblique = contact == Contact::Oblique;
-        let mut columns = Vec::with_capacity(self.by.len());
+        let mut columns = Columns::with_capacity(self.by.len());
         for first in (0..self.by.len()).step_by(AT_ONCE) {
             let count = AT_ONCE.min(self.by.len() - first);
             let dual = |value: f64, slope: &dyn Fn(usize) -> f64| Dual::<AT_ONCE> {

@@ -4,6 +4,8 @@
 //! period, and (x1, x1', x2', x2) between events, at a fixed time in a fixed period. Flights and
 //! impacts map them like perturbations, and add what a parameter changes by itself.
 
+use smallvec::SmallVec;
+
 use super::by::{By, Needs};
 use super::error::SensitivityError;
 use crate::flight::FreeMotion;
@@ -22,6 +24,8 @@ use crate::tangent::tolerances::SHORT_HOP;
 
 /// Derivatives of one instant by one number.
 pub(super) type Column = [f64; 4];
+/// By all of them; by few without memory of their own.
+pub(super) type Columns = SmallVec<[Column; 4]>;
 
 /// A friction so small that it acts to first order.
 const FAINT: f64 = 1e-300;
@@ -45,7 +49,7 @@ pub(super) struct Here {
     pub clock: Clock,
     /// The flight that begins here, after an event or between two.
     pub departure: Departure,
-    pub columns: Vec<Column>,
+    pub columns: Columns,
 }
 
 /// What a flight adds to the derivatives of both bodies.
@@ -87,7 +91,7 @@ impl Differentiated {
     }
 
     /// After an event that leaves this state.
-    pub fn event(&self, columns: Vec<Column>, clock: Clock, state: State) -> Here {
+    pub fn event(&self, columns: Columns, clock: Clock, state: State) -> Here {
         let departure = Departure::new(&self.model, &state, clock, true);
         Here { state, clock, departure, columns }
     }
@@ -112,7 +116,7 @@ impl Differentiated {
         here: &Here,
         clock: Clock,
         rates: &Rates,
-    ) -> Result<Vec<Column>, SensitivityError> {
+    ) -> Result<Columns, SensitivityError> {
         let drive = &self.model.motion.drive;
         let time = drive.roughly_until(here.clock, clock);
         let transitions = self.model.motion.transitions(time);
@@ -226,7 +230,7 @@ impl Differentiated {
         impact: &ImpactEvent,
         rates: &Rates,
         angle: Angle,
-    ) -> Result<Vec<Column>, SensitivityError> {
+    ) -> Result<Columns, SensitivityError> {
         let drive = &self.model.motion.drive;
         let time = drive.roughly_until(here.clock, impact.clock);
         let per_approach = 1.0 / impact.impact.approach_velocity;
@@ -254,7 +258,7 @@ impl Differentiated {
         impact: &ImpactEvent,
         rates: &Rates,
         (slope, time): (f64, f64),
-    ) -> Result<Vec<Column>, SensitivityError> {
+    ) -> Result<Columns, SensitivityError> {
         let FreeMotion { drive, pendulum, oscillator, .. } = &self.model.motion;
         let elapsed = DoubleDouble::new(time);
         let added = self.added(here, time)?;
@@ -295,7 +299,7 @@ impl Differentiated {
         &self,
         here: &Here,
         impact: &ImpactEvent,
-    ) -> Result<(Vec<Column>, Here), SensitivityError> {
+    ) -> Result<(Columns, Here), SensitivityError> {
         let system = &self.system;
         let before = self.rates(&impact.pre, impact.clock);
         let angle = system.contact.angle(impact.pre.x1);
@@ -317,7 +321,7 @@ impl Differentiated {
         let u = impact.impact.approach_velocity;
         let by_curve =
             |place| system.restitution_curve.map_or(0.0, |curve| curve.by_number(u, place));
-        let mut after_it = Vec::with_capacity(columns.len());
+        let mut after_it = Columns::with_capacity(columns.len());
         for (&[x1, v1, v2, delay], &by) in columns.iter().zip(&self.by) {
             let after = |row: &[f64; 6]| {
                 let direct = match by {

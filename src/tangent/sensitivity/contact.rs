@@ -2,7 +2,7 @@
 //! and by two parameters at a time.
 
 use super::by::By;
-use super::columns::{Column, Differentiated, Here};
+use super::columns::{Column, Columns, Differentiated, Here};
 use super::error::SensitivityError;
 use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
@@ -53,12 +53,12 @@ impl Differentiated {
         here: &Here,
         (leg, mode): (Leg, Option<ContactMode>),
         (clock, state): (Clock, &State),
-    ) -> Result<(Vec<Column>, bool), SensitivityError> {
+    ) -> Result<(Columns, bool), SensitivityError> {
         let leg = match (leg, self.slides_with_wall(here)) {
             (Leg::Stick(StickEnd::Release), Some(positive)) => Leg::SlideToRelease(positive),
             _ => leg,
         };
-        let mut columns = vec![[0.0; 4]; self.by.len()];
+        let mut columns = Columns::from_elem([0.0; 4], self.by.len());
         let (mut is_flat, ends) = (false, leg != Leg::Chatter);
         for (model, part) in self.parts() {
             let (start, from) = start(&model, here, mode);
@@ -93,12 +93,12 @@ impl Differentiated {
         here: &Here,
         mode: ContactMode,
         clock: Clock,
-    ) -> Result<(Vec<Column>, Column), SensitivityError> {
+    ) -> Result<(Columns, Column), SensitivityError> {
         let mode = match (mode, self.slides_with_wall(here)) {
             (ContactMode::Stick, Some(positive)) => slide_mode(positive),
             _ => mode,
         };
-        let (mut columns, mut rates) = (vec![[0.0; 4]; self.by.len()], [0.0; 4]);
+        let (mut columns, mut rates) = (Columns::from_elem([0.0; 4], self.by.len()), [0.0; 4]);
         for (model, part) in self.parts() {
             let (start, from) = start(&model, here, Some(mode));
             let time = Dual::variable(clock.time_in_period, END);

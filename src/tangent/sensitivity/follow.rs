@@ -1,27 +1,16 @@
 //! The motion of a run again, event by event, with its derivatives.
 
 use super::by::By;
-use super::columns::{Column, Differentiated, Here, moves_stop};
+use super::columns::{Column, Columns, Differentiated, Here, moves_stop};
 use super::error::SensitivityError;
 use super::marks::{OneSided, OneSidedReason, one_sided};
+use super::source::{Passed, Source};
 use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
 use crate::simulate::event::{Event, ImpactEvent, StopReason};
-use crate::simulate::{Anchor, Observer, Simulation, impacts_hop_by_hop};
+use crate::simulate::{Anchor, impacts_hop_by_hop};
 use crate::tangent::itinerary::{Leg, LegChange, LegReader};
-use crate::tangent::tolerances::LOW_BOUNCE;
-
-/// The sections that a simulation has passed since they were last asked for.
-#[derive(Default)]
-pub(super) struct Passed(Vec<i64>);
-
-impl Observer for Passed {
-    const SECTIONS: bool = true;
-
-    fn section(&mut self, k: i64, _: &State) {
-        self.0.push(k);
-    }
-}
+use crate::tangent::tolerances::{LOW_BOUNCE, SAME_TIME};
 
 /// What the bodies do from here to the next event.
 #[derive(Debug, Clone)]
@@ -58,7 +47,7 @@ pub(super) struct Follower<'a> {
     window: Clock,
     /// Where the run ends.
     end: Clock,
-    section_offset: f64,
+    pub section_offset: f64,
     reader: LegReader,
     leg: SensitiveLeg,
     /// Where a chatter begins that the last impacts may lead into, before the first low one.
@@ -94,15 +83,22 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// Follows a simulation to the end of the run; returns the derivatives of the state there, or nothing
+    /// Whether the flight from the start is in this state at an instant.
+    pub fn leads_to(&self, clock: Clock, state: &State) -> bool {
+        let there = self.of.state_at(&self.leg.here, clock);
+        let near = |a: f64, b: f64| (a - b).abs() <= SAME_TIME * (1.0 + b.abs());
+        near(there.x1, state.x1)
+            && near(there.v1, state.v1)
+            && near(there.x2, state.x2)
+            && near(there.v2, state.v2)
+    }
+
+    /// Follows events to the end of the run; returns the derivatives of the state there, or nothing
     /// if the caller has cancelled.
-    pub fn follow(
-        &mut self,
-        mut simulation: Simulation,
-    ) -> Result<Option<Vec<Column>>, SensitivityError> {
+    pub fn follow(&mut self, mut source: Source) -> Result<Option<Columns>, SensitivityError> {
         let mut passed = Passed::default();
         loop {
-            let event = match simulation.advance(&mut passed) {
+            let event = match source.advance(&mut passed) {
                 Some(event) => event?,
                 None => return Err(self.other_motion(self.leg.here.clock)),
             };
@@ -113,7 +109,7 @@ impl<'a> Follower<'a> {
                 let cancelled = stop.reason == StopReason::Interrupted;
                 return if cancelled { Ok(None) } else { Err(self.other_motion(stop.clock)) };
             }
-            self.leg.hops = matches!(event, Event::Chatter(_)) || simulation.skips_at(&event);
+            self.leg.hops = matches!(event, Event::Chatter(_)) || source.skips_at(&event);
             for k in passed.0.drain(..) {
                 let period = k - i64::from(self.section_offset > 0.0);
                 let clock = Clock::new(period, self.section_offset);
@@ -133,7 +129,7 @@ impl<'a> Follower<'a> {
     }
 
     /// Derivatives in the present leg, at a fixed time since the start.
-    fn at(&self, clock: Clock) -> Result<Vec<Column>, SensitivityError> {
+    fn at(&self, clock: Clock) -> Result<Columns, SensitivityError> {
         let (columns, rates) = self.leg.at(self.of, clock)?;
         Ok(self.of.at_fixed_time(columns, &rates, clock))
     }
@@ -144,7 +140,7 @@ impl<'a> Follower<'a> {
     }
 
     /// and the derivatives there.
-    pub fn so_far(&mut self) -> Result<Vec<Column>, SensitivityError> {
+    pub fn so_far(&mut self) -> Result<Columns, SensitivityError> {
         self.keep_leg();
         self.at(self.leg.here.clock)
     }
@@ -236,6 +232,10 @@ impl<'a> Follower<'a> {
             self.before_low = Some(self.leg.here.clone());
         }
         self.last = u;
+        // Tables of impacts have no more of the clock, which low bounces alone could tell.
+        let clock = Clock::new(impact.clock.period, impact.clock.time_in_period);
+        let clock = if self.before_low.is_none() { clock } else { impact.clock };
+        let impact = &ImpactEvent { clock, ..*impact };
         let (before, here) = self.of.strike(&self.leg.here, impact)?;
         let next = SensitiveLeg { here, mode: None, hops: false, time };
         let leg = std::mem::replace(&mut self.leg, next);
@@ -273,7 +273,7 @@ impl SensitiveLeg {
         &self,
         of: &Differentiated,
         clock: Clock,
-    ) -> Result<(Vec<Column>, Column), SensitivityError> {
+    ) -> Result<(Columns, Column), SensitivityError> {
         if let Some(mode) = self.mode {
             return of.held(&self.here, mode, clock);
         }
@@ -293,7 +293,7 @@ impl SensitiveLeg {
 
 impl Differentiated {
     /// Derivatives of the state at a fixed instant of the flight from here, and its rates there.
-    fn at(&self, here: &Here, clock: Clock) -> Result<(Vec<Column>, Column), SensitivityError> {
+    fn at(&self, here: &Here, clock: Clock) -> Result<(Columns, Column), SensitivityError> {
         let state = self.state_at(here, clock);
         let rates = self.rates(&state, clock);
         let columns = self.flown(here, clock, &rates)?;
@@ -302,12 +302,7 @@ impl Differentiated {
     }
 
     /// Derivatives at a fixed time since the start from those at a fixed time in a fixed period.
-    pub fn at_fixed_time(
-        &self,
-        mut columns: Vec<Column>,
-        rates: &Column,
-        clock: Clock,
-    ) -> Vec<Column> {
+    pub fn at_fixed_time(&self, mut columns: Columns, rates: &Column, clock: Clock) -> Columns {
         if let Some(i) = self.place(By::DriveFrequency) {
             let later = -(clock.period as f64) * self.period_rate();
             for (x, rate) in columns[i].iter_mut().zip(rates) {

@@ -54,9 +54,8 @@ impl Held {
         let closed = mode.holds(structure, &leg.touching.closed());
         let places = closed.stops();
         let count = structure.coordinates();
-        let rounded = |row: &[DoubleDouble]| {
-            DVector::from_iterator(count, row.iter().map(DoubleDouble::value))
-        };
+        let rounded =
+            |row: &[DoubleDouble]| DVector::from_iterator(count, row.iter().map(|x| x.value()));
         let mut exact: Vec<Vec<_>> =
             places.iter().map(|&j| structure.contact(j).modal_normal.clone()).collect();
         let mut stops: Vec<Option<usize>> = places.iter().copied().map(Some).collect();
@@ -259,7 +258,7 @@ impl Equation {
         let Some(held) = &self.held else { return };
         let (count, omega) = (self.count, self.omega);
         let phase = |of: &DVector<f64>| Trig { cos: of[2 * count + 1], sin: of[2 * count + 2] };
-        let (now, turned) = (phase(motion), phase(column));
+        let (now, turned) = (phase(motion), phase(&*column));
         let mut wanted = DMatrix::zeros(held.stops.len(), 2);
         for row in 0..held.stops.len() {
             let Some(own) = self.own(varied, row) else { continue };

@@ -134,7 +134,7 @@ impl Stepper {
             let part = time / k as f64;
             for ((own, sum), (_, b)) in columns.iter_mut().zip(&mut moving.columns).zip(&self.acts)
             {
-                moving.change.gemv(part, a, own, 0.0);
+                moving.change.gemv(part, a, &*own, 0.0);
                 moving.change.gemv(part, b, &motion, 1.0);
                 std::mem::swap(own, &mut moving.change);
                 *sum += &*own;
@@ -155,7 +155,7 @@ impl Level {
 
     fn take(&self, moving: &mut Moving) {
         for (column, l) in moving.columns.iter_mut().zip(&self.added) {
-            moving.change.gemv(1.0, &self.change, column, 0.0);
+            moving.change.gemv(1.0, &self.change, &*column, 0.0);
             moving.change.gemv(1.0, l, &moving.motion, 1.0);
             *column += &moving.change;
         }
