@@ -24,3 +24,19 @@ def scene_system(scene: dict[str, Any]) -> vi.System:
 def scene_initial(scene: dict[str, Any]) -> list[float]:
     """Return the initial state of a reference scene."""
     return [float(value) for value in scene["initial"]]
+
+
+_OF_STOPS = ("normal", "gap", "restitution")
+_NOT_FIELDS = {"initial", "periods", "times", "ending", "error", "story", "states"}
+_NOT_FIELDS |= {"amplification", "by", "number", "impact", "section"}
+
+
+def case_structure(case: dict[str, Any]) -> vi.Structure:
+    """Return the structure of a reference case of structures."""
+    values = {name: value for name, value in case.items() if name not in _NOT_FIELDS}
+    stops = [
+        vi.Stop(*map(stop.get, _OF_STOPS), **{k: v for k, v in stop.items() if k not in _OF_STOPS})
+        for stop in values["stops"]
+    ]
+    drive = [complex(*pair) for pair in values.pop("drive_amplitude", [])] or None
+    return vi.Structure(**(values | {"stops": stops, "drive_amplitude": drive}))

@@ -8,11 +8,58 @@ import pytest
 import sizes
 import vibroimpact as vi
 from random_structures import FAMILIES
+from references import case_structure, reference
 from struck import BEAM, PRESSED, REST, SETTLING, masses_run, pressed_run
 
+SCENES = reference("structure_sensitivity_reference.json")
 TIMES = np.linspace(0.05, 0.95, 7)
 #: Neighbours are so far away, as part of what varies.
 NEAR = 2e-5
+
+
+def direction(structure: vi.Structure, name: str) -> dict[str, object] | None:
+    """The direction of a name that is none of the package's: a number of a vector, or of a stop."""
+    if name.startswith(("static_load[", "damping_ratios[")):
+        field, place = name[:-1].split("[")
+        count = structure.coordinates
+        return {field: np.eye(count)[int(place)]}
+    if name.startswith(("amplitude_", "phase_")):
+        return {name: 1.0}
+    return None
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_derivatives_are_those_of_the_reference(name):
+    scene = SCENES[name]
+    structure = case_structure(scene)
+    run = vi.simulate(structure, initial=scene["initial"], periods=scene["periods"])
+    others = {by: direction(structure, by) for by in scene["by"]}
+    others = {by: along for by, along in others.items() if along is not None}
+    found = run.sensitivity(*(by for by in scene["by"] if by not in others), **others)
+    number = scene["number"]
+    assert len(run.impacts) > number
+    count = structure.coordinates
+    time, before, after = (table[number] for table in found.impacts)
+    mine = np.vstack([time, before, after[count:]])
+    # Roundings of the motion, as far as they grow; chatter is extrapolated.
+    starts = [by.startswith(("q_", "v_")) for by in scene["by"]]
+    growth = max(
+        abs(float(value))
+        for at in (scene["impact"], scene["section"])
+        for numbers, is_start in zip(at, starts, strict=True)
+        if is_start
+        for value in numbers
+    )
+    allowed = 64 * np.finfo(float).eps * (1 + growth) + (1e-11 if "chatter" in name else 0.0)
+    worst = 0.0
+    for rows, at in ((mine, scene["impact"]), (found.stroboscopic[-1], scene["section"])):
+        for by, numbers in zip(scene["by"], at, strict=True):
+            exact = np.array([float(value) for value in numbers])
+            # Relative to the derivatives of the whole state.
+            off = np.abs(rows[:, found.names.index(by)] - exact).max() / (1 + np.abs(exact).max())
+            worst = max(worst, off)
+            assert off < allowed, by
+    print(f"{name}: off by at most {worst:.1e}")
 
 
 def numbers_of(structure: vi.Structure) -> list[str]:

@@ -10,22 +10,10 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from references import reference
+from references import case_structure, reference
 
 EPS = float(np.finfo(float).eps)
 DATA = reference("structures_reference.json")
-OF_STOPS = ("normal", "gap", "restitution")
-OWN = {"initial", "periods", "times", "ending", "error", "story", "states", "amplification"}
-
-
-def made(case) -> vi.Structure:
-    values = {name: value for name, value in case.items() if name not in OWN}
-    stops = [
-        vi.Stop(*map(stop.get, OF_STOPS), **{k: v for k, v in stop.items() if k not in OF_STOPS})
-        for stop in values["stops"]
-    ]
-    drive = [complex(*pair) for pair in values.pop("drive_amplitude", [])] or None
-    return vi.Structure(**(values | {"stops": stops, "drive_amplitude": drive}))
 
 
 def story(run: vi.StructureRun) -> list[dict]:
@@ -97,7 +85,7 @@ def without_skipped(wanted: list[dict], found: list[dict]) -> list[dict]:
 @pytest.mark.parametrize("name", DATA)
 def test_all_events_and_states_are_those_of_the_reference(name):
     case = DATA[name]
-    structure = made(case)
+    structure = case_structure(case)
     length = {"periods": case["periods"]} if case["periods"] else {"time": case["times"][-1]}
     run = vi.simulate(structure, initial=case["initial"], **length)
     found = listed_alike(story(run), structure.simultaneous)

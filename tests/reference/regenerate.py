@@ -30,6 +30,7 @@ from . import (
     generate_contact,
     generate_orbits,
     generate_sensitivity,
+    generate_structure_sensitivity,
     generate_structures,
     orbit_scenes,
     scenes,
@@ -85,6 +86,10 @@ def _sensitivity(name: str) -> Named:
     return [(name, generate_sensitivity.scene_record(name))]
 
 
+def _structure_sensitivity(name: str) -> Named:
+    return [(name, generate_structure_sensitivity.scene_record(name))]
+
+
 def _structures(name: str) -> Named:
     return [(name, generate_structures.case_record(structure_cases.CASES[name]))]
 
@@ -96,6 +101,9 @@ MAKERS: dict[str, Maker] = {
     generate_contact.NAME: Maker(lambda: scenes.SCENES, _contact),
     generate_orbits.NAME: Maker(lambda: orbit_scenes.SCENES, _orbits),
     generate_sensitivity.NAME: Maker(lambda: generate_sensitivity.SCENES, _sensitivity),
+    generate_structure_sensitivity.NAME: Maker(
+        lambda: generate_structure_sensitivity.SCENES, _structure_sensitivity
+    ),
     generate_structures.NAME: Maker(lambda: structure_cases.CASES, _structures),
 }
 
