@@ -265,7 +265,10 @@ class Sensitivity(Shown):
 
 
 def told(
-    core: _Core, run: Any, names: tuple[str, ...], directions: Mapping[str, Any] = MappingProxyType({})
+    core: _Core,
+    run: Any,
+    names: tuple[str, ...],
+    directions: Mapping[str, Any] = MappingProxyType({}),
 ) -> Sensitivity:
     """Return a sensitivity that the core has found.
 

@@ -178,7 +178,9 @@ pub fn sensitivity(
     let of = Differentiated::new(&run.system, by, names.to_vec());
     let options = &run.options;
     let end = run.final_state.clock;
-    let mut follower = Follower::new(&of, initial, (run.window, end), options.section_phase);
+    let last = run.first_section + run.stroboscopic.len() as i64;
+    let sections = (run.first_section..last, options.section_phase);
+    let mut follower = Follower::new(&of, initial, (run.window, end), sections);
     let source = if run.is_all_flights() {
         let kept = Kept::new(run, follower.section_offset, cancel);
         let (clock, state) = kept.first();
@@ -208,16 +210,15 @@ pub fn sensitivity(
     };
     let place = Place { end: run.final_state.time, until, events: run.events.len() };
     let more = place.more(&rows.impacts, &run.impacts, same, |row| row.time)?;
-    let sections = (rows.sections, run.stroboscopic.len());
-    let more_sections = place.more_sections(sections, run.first_section - rows.first_section)?;
     let k = names.len();
+    place.check_sections(rows.stroboscopic.len(), 4 * k * run.stroboscopic.len())?;
     let from = |table: Vec<f64>, rows: usize| table[rows * k..].to_vec();
     Ok(Sensitivity {
         names: names.to_vec(),
         times: from(rows.times, more),
         before: from(rows.before, 4 * more),
         after: from(rows.after, 4 * more),
-        stroboscopic: from(rows.stroboscopic, 4 * more_sections),
+        stroboscopic: rows.stroboscopic,
         final_state: rows_of(&final_state).collect(),
         one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
         until,
@@ -260,16 +261,10 @@ impl Place {
         }
     }
 
-    /// The same of sections; `later`: by so many the run's first one comes after the first found.
-    fn more_sections(
-        &self,
-        (found, kept): (usize, usize),
-        later: i64,
-    ) -> Result<usize, SensitivityError> {
-        if self.until.is_some() {
-            return Ok(usize::try_from(later).unwrap_or(0).min(found));
-        }
-        found.checked_sub(kept).ok_or(SensitivityError::OtherMotion { time: self.end })
+    /// All sections must have been found.
+    fn check_sections(&self, found: usize, kept: usize) -> Result<(), SensitivityError> {
+        let all = self.until.is_some() || found == kept;
+        all.then_some(()).ok_or(SensitivityError::OtherMotion { time: self.end })
     }
 
     /// Events by their rows in the run, of so many events found, some before the window.

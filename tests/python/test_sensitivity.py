@@ -9,6 +9,7 @@ import vibroimpact as vi
 from references import reference, scene_initial, scene_system
 from small_results import START, run
 from systems import PAPER
+from vibroimpact import _core
 from vibroimpact._core import PARAMETERS
 from vibroimpact.system import SYMBOLS
 
@@ -19,6 +20,9 @@ DAMPED = PAPER.replace(
     damping=(0.02, 0.03), force_amplitude=0.3, static_moment=0.1, static_force=-0.05, phase=0.3
 )
 
+
+# With contact that slides, sticks and is released.
+CHATTERS = DAMPED.replace(restitution=0.3, drive_frequency=0.6, force_amplitude=0.8)
 
 SCENES = reference("sensitivity_reference.json")
 
@@ -185,12 +189,102 @@ def test_a_graze_is_marked():
     assert found.final_state[:2, 1] == pytest.approx([np.sin(3), np.cos(3)])
 
 
-def test_a_border_of_regimes_is_marked():
-    # x1' = 0 just before the impact.
+def reasons(run: vi.Run) -> list[str]:
+    """Why the derivatives of a run are one-sided, and at which events."""
+    return [mark.reason for mark in run.sensitivity("gap").one_sided]
+
+
+def test_a_start_on_the_contact_is_marked():
     edge = PAPER.replace(friction=0.5, gap=-np.sin(0.3))
     of = vi.simulate(edge, initial=(-0.3, 0.0, 0.0, -0.5), time=0.5)
-    reasons = {mark.reason for mark in of.sensitivity("friction").one_sided}
-    assert reasons & {"start_on_contact", "regime_border"}
+    assert reasons(of)[:1] == ["start_on_contact"]
+
+
+def test_a_border_of_regimes_is_marked():
+    # The pendulum rests at x1 = 0.3, where it is at its equilibrium, and is struck there: x1' = 0.
+    still = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2,
+        restitution=0.5,
+        gap=0.1,
+        drive_frequency=0,
+        friction=0.5,
+        static_moment=0.3 * 4,
+    )
+    of = vi.simulate(still, initial=(0.3, 0.0, 0.5, -2.0), time=0.6)
+    assert len(of.impacts) == 1
+    assert of.impacts["v1_pre"][0] == pytest.approx(0, abs=1e-16)
+    assert reasons(of) == ["regime_border"]
+    # Beside it the impact is inside of a regime.
+    assert reasons(vi.simulate(still, initial=(0.3, 0.1, 0.5, -2.0), time=0.6)) == []
+
+
+@pytest.mark.parametrize(("load", "why"), [(1.0, ["contact_border"]), (1.5, [])])
+def test_contact_that_begins_without_force_is_marked(load, why):
+    # A plastic impact where the spring just balances the load: nothing presses on the wall.
+    wall = vi.System(
+        mass_ratio=0,
+        frequency_ratio=1,
+        restitution=0,
+        gap=1,
+        drive_frequency=0,
+        static_moment=load,
+        contact="direct",
+    )
+    of = vi.simulate(wall, initial=(0, 1, 0, 0), time=2)
+    assert len(of.contacts) == 1
+    assert reasons(of) == why
+
+
+@pytest.mark.parametrize("omega", [0.3, 0.7, 1.0, 1.1, 1.7, 1.8, 2.2, 2.9, 7.3])
+@pytest.mark.parametrize("phase", [0.0, 1.3])
+def test_a_run_that_ends_exactly_on_a_section_has_all_of_them(omega, phase):
+    system = DAMPED.replace(drive_frequency=omega)
+    sticky = system.replace(restitution=0.3, friction=0.9)  # with contact
+    for machine in (system, sticky):
+        for k in (1, 2, 3, 7):
+            end = (2 * np.pi * k + phase) / omega
+            for time in (np.nextafter(end, 0), end, np.nextafter(end, 1e3)):
+                of = vi.simulate(machine, initial=START, time=time, section_phase=phase)
+                found = of.sensitivity("gap", "drive_frequency")
+                assert len(found.stroboscopic) == len(of.stroboscopic)
+                if len(of.stroboscopic) >= k + (phase > 0):
+                    last = found.stroboscopic[-1][:, 0]
+                    assert last == pytest.approx(found.final_state[:, 0], abs=1e-9)
+
+
+def reads(run) -> int:
+    """How often differentiating a run asks whether to go on."""
+    most = 10**9
+    _core._interrupt_at(most)
+    run.sensitivity("gap")
+    return most - _core._interrupt_at(None)
+
+
+def test_ctrl_c_keeps_the_derivatives_so_far():
+    for of in (
+        vi.simulate(DAMPED, initial=START, periods=30),
+        vi.simulate(CHATTERS, initial=START, periods=6),
+    ):
+        whole = of.sensitivity("gap", "v1")
+        _core._interrupt_at(reads(of) // 2)
+        try:
+            with pytest.raises(vi.Interrupted) as stopped:
+                of.sensitivity("gap", "v1")
+        finally:
+            _core._interrupt_at(None)
+        part = stopped.value.result
+        assert 0 < part.until < of.final_state.time == whole.until
+        n, m = len(part.impacts.time), len(part.stroboscopic)
+        assert 0 < n < len(whole.impacts.time)
+        assert 0 < m < len(whole.stroboscopic)
+        for mine, all_of_it in zip(part.impacts, whole.impacts, strict=True):
+            assert (mine == all_of_it[:n]).all()
+        assert (part.stroboscopic == whole.stroboscopic[:m]).all()
+        times = np.linspace(0, part.until, 7)
+        assert (part.trajectory(times) == whole.trajectory(times)).all()
+        with pytest.raises(vi.ParameterError, match="kept window"):
+            part.trajectory(of.final_state.time)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 //! The motion of a run again, event by event, with its derivatives.
 
+use std::ops::Range;
+
 use super::by::By;
 use super::columns::{Column, Columns, Differentiated, Here, moves_stop};
 use super::error::SensitivityError;
@@ -30,11 +32,8 @@ pub(super) struct Rows {
     pub before: Vec<f64>,
     pub after: Vec<f64>,
     pub stroboscopic: Vec<f64>,
-    pub sections: usize,
     pub legs: Vec<SensitiveLeg>,
     pub one_sided: Vec<OneSided>,
-    /// Number of the first section.
-    pub first_section: i64,
     /// Events so far, and those before the window.
     pub events: i64,
     pub earlier: i64,
@@ -48,6 +47,8 @@ pub(super) struct Follower<'a> {
     /// Where the run ends.
     end: Clock,
     pub section_offset: f64,
+    /// Numbers of the sections that are recorded.
+    sections: Range<i64>,
     reader: LegReader,
     leg: SensitiveLeg,
     /// Where a chatter begins that the last impacts may lead into, before the first low one.
@@ -63,7 +64,7 @@ impl<'a> Follower<'a> {
         of: &'a Differentiated,
         initial: State,
         (window, end): (Clock, Clock),
-        section_phase: f64,
+        (sections, section_phase): (Range<i64>, f64),
     ) -> Self {
         let section_offset =
             if section_phase > 0.0 { section_phase / of.system.drive_frequency } else { 0.0 };
@@ -74,6 +75,7 @@ impl<'a> Follower<'a> {
             window,
             end,
             section_offset,
+            sections,
             reader: LegReader { mode: None },
             leg,
             before_low: None,
@@ -111,13 +113,9 @@ impl<'a> Follower<'a> {
             }
             self.leg.hops = matches!(event, Event::Chatter(_)) || source.skips_at(&event);
             for k in passed.0.drain(..) {
-                let period = k - i64::from(self.section_offset > 0.0);
-                let clock = Clock::new(period, self.section_offset);
-                if clock <= self.end && clock >= self.window {
-                    if self.rows.sections == 0 {
-                        self.rows.first_section = k;
-                    }
-                    self.section(clock)?;
+                if self.sections.contains(&k) {
+                    let period = k - i64::from(self.section_offset > 0.0);
+                    self.section(Clock::new(period, self.section_offset))?;
                 }
             }
             if over {
@@ -155,7 +153,6 @@ impl<'a> Follower<'a> {
             }
         }
         self.rows.stroboscopic.extend(rows_of(&columns));
-        self.rows.sections += 1;
         Ok(())
     }
 
@@ -259,6 +256,8 @@ impl<'a> Follower<'a> {
     fn begin_contact(&mut self, clock: Clock, state: State) -> Result<(), SensitivityError> {
         let here = &mut self.leg.here;
         let drive = &self.of.model.motion.drive;
+        // That of an impact, which has lost what its table does not tell.
+        let clock = Clock::new(clock.period, clock.time_in_period);
         if drive.until(here.clock, clock).value() > 0.0 {
             return Err(SensitivityError::Landing { time: drive.time(clock) });
         }

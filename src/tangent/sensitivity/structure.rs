@@ -1,5 +1,6 @@
 //! Derivatives of a run of a structure: its motion again, turn by turn, with its derivatives.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, RowDVector};
@@ -103,9 +104,7 @@ struct Rows {
     before: Vec<f64>,
     after: Vec<f64>,
     stroboscopic: Vec<f64>,
-    sections: usize,
     one_sided: Vec<OneSided>,
-    first_section: i64,
     events: i64,
     earlier: i64,
     /// Where the last chatter ended.
@@ -117,6 +116,8 @@ struct Follower<'a> {
     window: Clock,
     end: Clock,
     section_offset: f64,
+    /// Numbers of the sections that are recorded.
+    sections: Range<i64>,
     derivatives: Perturbed,
     legs: Vec<SensitiveLeg>,
     rows: Rows,
@@ -138,13 +139,9 @@ impl Follower<'_> {
             let before = simulation.checkpoint().anchor.clone();
             let event = simulation.step(&mut passed).transpose()?;
             for k in std::mem::take(&mut passed.0) {
-                let period = k - i64::from(self.section_offset > 0.0);
-                let clock = Clock::new(period, self.section_offset);
-                if clock <= self.end && clock >= self.window {
-                    if self.rows.sections == 0 {
-                        self.rows.first_section = k;
-                    }
-                    self.section(clock)?;
+                if self.sections.contains(&k) {
+                    let period = k - i64::from(self.section_offset > 0.0);
+                    self.section(Clock::new(period, self.section_offset))?;
                 }
             }
             let stop = event.as_ref().and_then(ModelEvent::as_stop);
@@ -196,7 +193,6 @@ impl Follower<'_> {
             columns += self.of.rates(&from, clock, &state) * later;
         }
         tell(&columns, &mut self.rows.stroboscopic);
-        self.rows.sections += 1;
         if !leg.hops {
             // Longer flights go on from there.
             let (anchor, time) = (leg.anchor.clone(), self.of.drive().time(clock));
@@ -313,6 +309,7 @@ pub fn structure_sensitivity(
         window: run.window,
         end,
         section_offset: if phase > 0.0 { phase / structure.drive_frequency() } else { 0.0 },
+        sections: run.first_section..run.first_section + run.stroboscopic.len() as i64,
         derivatives: Perturbed::new(Arc::clone(&of), Clock::START, columns),
         legs: Vec::new(),
         rows: Rows::default(),
@@ -334,9 +331,8 @@ pub fn structure_sensitivity(
     };
     let place = Place { end: run.final_state.time, until, events: run.events.len() };
     let more = place.more(&rows.impacts, &run.impacts, same, |row| row.time)?;
-    let sections = (rows.sections, run.stroboscopic.len());
-    let more_sections = place.more_sections(sections, run.first_section - rows.first_section)?;
     let k = names.len();
+    place.check_sections(rows.stroboscopic.len(), 2 * count * k * run.stroboscopic.len())?;
     let from = |table: Vec<f64>, rows: usize| table[rows * k..].to_vec();
     let mut last = Vec::with_capacity(final_state.len());
     tell(&final_state, &mut last);
@@ -345,7 +341,7 @@ pub fn structure_sensitivity(
         times: from(rows.times, more),
         before: from(rows.before, 2 * count * more),
         after: from(rows.after, 2 * count * more),
-        stroboscopic: from(rows.stroboscopic, 2 * count * more_sections),
+        stroboscopic: rows.stroboscopic,
         final_state: last,
         one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
         until,
