@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .errors import Interrupted, SimulationError
+from .errors import SimulationError
 from .interruption import interruptible
 from .period_report import Evidence as Evidence
 from .period_report import PeriodReport as PeriodReport

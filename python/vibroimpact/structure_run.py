@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .errors import Interrupted, SimulationError
+from .errors import SimulationError
 from .interruption import interruptible
 from .run_parts import read_only
 from .run_record import RunRecord

@@ -42,7 +42,7 @@ def test_derivatives_are_those_of_the_reference(name):
     count = structure.coordinates
     time, before, after = (table[number] for table in found.impacts)
     mine = np.vstack([time, before, after[count:]])
-    # Roundings of the motion, as far as they grow, and over low velocities; chatter is extrapolated.
+    # Roundings of the motion, as they grow, and over low velocities; chatter is extrapolated.
     starts = [by.startswith(("q_", "v_")) for by in scene["by"]]
     growth = max(
         abs(float(value))
