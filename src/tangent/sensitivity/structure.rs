@@ -134,7 +134,7 @@ impl Follower<'_> {
         mut simulation: Simulation<Structure>,
     ) -> Result<Option<DMatrix<f64>>, SensitivityError> {
         let mut passed = Passed::default();
-        self.leg(&simulation, self.derivatives.clone());
+        self.leg(&simulation);
         loop {
             let before = simulation.checkpoint().anchor.clone();
             let event = simulation.step(&mut passed).transpose()?;
@@ -161,20 +161,21 @@ impl Follower<'_> {
                 self.take(event);
             }
             if before != simulation.checkpoint().anchor || simulation.checkpoint().skips() {
-                self.leg(&simulation, self.derivatives.clone());
+                self.leg(&simulation);
             }
         }
     }
 
     /// Takes note of the leg that begins, if the window needs it.
-    fn leg(&mut self, simulation: &Simulation<Structure>, derivatives: Perturbed) {
+    fn leg(&mut self, simulation: &Simulation<Structure>) {
         let point = simulation.checkpoint();
         let (anchor, hops) = (point.anchor.clone(), point.skips());
         let clock = anchor.clock;
         if clock <= self.window {
             self.legs.clear();
         }
-        let derivatives = if hops { derivatives } else { derivatives.kept() };
+        let derivatives = &self.derivatives;
+        let derivatives = if hops { derivatives.clone() } else { derivatives.kept() };
         let time = self.of.drive().time(clock);
         self.legs.push(SensitiveLeg { time, clock, anchor, derivatives, hops });
     }

@@ -222,7 +222,20 @@ impl Perturbed {
 
     /// The same for legs that are looked at later, without what belongs to chatter.
     pub fn kept(&self) -> Self {
-        Self { samples: Samples::default(), told: Vec::new(), ..self.clone() }
+        Self {
+            of: Arc::clone(&self.of),
+            steppers: Arc::clone(&self.steppers),
+            columns: self.columns.clone(),
+            clock: self.clock,
+            delay: self.delay.clone(),
+            rank: self.rank,
+            struck: self.struck.clone(),
+            held: self.held.clone(),
+            before: self.before.clone(),
+            samples: Samples::default(),
+            low: self.low,
+            told: Vec::new(),
+        }
     }
 
     /// Whether a flight lasts no longer than low bounces do.
