@@ -84,14 +84,12 @@ impl ByEquation {
 }
 
 /// Derivatives after `time` of a flight from displacement and rate, at this phase of a drive that
-/// turns with `omega`, by those of the three numbers that are wanted; `None` for bodies so strongly damped
-/// that too many steps would be needed.
+/// turns with `omega`; `None` for bodies so strongly damped that too many steps would be needed.
 pub(super) fn by_equation(
     body: &Body<f64>,
     omega: f64,
     ((x, v), start): ((f64, f64), Trig),
     time: f64,
-    wanted: [bool; 3],
 ) -> Option<ByEquation> {
     if time == 0.0 {
         return Some(ByEquation::default());
@@ -102,19 +100,12 @@ pub(super) fn by_equation(
         return None;
     }
     let length = time / steps;
-    let wanted = [true, wanted[0], wanted[1], wanted[2]];
     let mut sums = Sums { motion: [x, v], ..Sums::default() };
     let mut phase = start;
     #[allow(clippy::cast_sign_loss)] // at least 1
     let steps = steps as usize;
     for step in 0..steps {
-        sums = sums.after(
-            body,
-            (omega, phase),
-            step as f64 * length,
-            (length, fastest * length),
-            wanted,
-        );
+        sums = sums.after(body, (omega, phase), step as f64 * length, (length, fastest * length));
         if step + 1 < steps {
             phase = start.turned_by(turned(omega * (length * (step + 1) as f64)));
         }
@@ -144,7 +135,6 @@ impl Sums {
         (omega, phase): (f64, Trig),
         before: f64,
         (h, most): (f64, f64),
-        wanted: [bool; 4],
     ) -> Self {
         let ByEquation { natural, damping, omega: by_omega } = self.derivatives;
         let square = h * h;
@@ -168,8 +158,7 @@ impl Sums {
                 -force * (before * sin + h * sin_before),
             ];
             let inverse = 1.0 / (next * (next + 1.0));
-            let all = terms.iter_mut().zip(&mut sums).zip(sources).zip(wanted);
-            for ((term, sum), source) in all.filter_map(|(of, wanted)| wanted.then_some(of)) {
+            for ((term, sum), source) in terms.iter_mut().zip(&mut sums).zip(sources) {
                 let [lower, upper] = *term;
                 let new = (source - decay * next * upper - stiffness * lower) * inverse;
                 *term = [upper, new];

@@ -65,7 +65,7 @@ fn fly_body(
     let varies = driven || !body.natural.is_constant() || !body.damping.is_constant();
     let ByEquation { natural: of_w, damping: of_zeta, omega: of_omega } = if varies {
         let start = ((x.value, v.value), start);
-        by_equation(&values, omega.value, start, s.value, [true; 3]).unwrap_or(ByEquation::NONE)
+        by_equation(&values, omega.value, start, s.value).unwrap_or(ByEquation::NONE)
     } else {
         ByEquation::default()
     };

@@ -81,15 +81,10 @@ pub(super) struct Needs {
     pub drive: bool,
     pub constant: bool,
     pub phase: bool,
-    /// By w, zeta and omega.
-    pub equation: [bool; 3],
+    pub equation: bool,
 }
 
 impl Needs {
-    pub fn any_of_equation(&self) -> bool {
-        self.equation.contains(&true)
-    }
-
     /// Of pendulum and oscillator.
     pub fn of(all: &[By], system: &System) -> [Self; 2] {
         let has = |by: By| all.contains(&by);
@@ -98,17 +93,15 @@ impl Needs {
             drive: has(By::MomentAmplitude),
             constant: has(By::StaticMoment),
             phase: (turned || has(By::Phase)) && system.moment_amplitude != 0.0,
-            equation: [
-                has(By::FrequencyRatio),
-                has(By::PendulumDamping),
-                turned && system.moment_amplitude != 0.0,
-            ],
+            equation: has(By::FrequencyRatio)
+                || has(By::PendulumDamping)
+                || (turned && system.moment_amplitude != 0.0),
         };
         let oscillator = Self {
             drive: has(By::ForceAmplitude),
             constant: has(By::StaticForce),
             phase: (turned || has(By::Phase)) && system.force_amplitude != 0.0,
-            equation: [false, has(By::OscillatorDamping), turned && system.force_amplitude != 0.0],
+            equation: has(By::OscillatorDamping) || (turned && system.force_amplitude != 0.0),
         };
         [pendulum, oscillator]
     }

@@ -152,7 +152,7 @@ impl Differentiated {
         let FreeMotion { drive, pendulum, oscillator, .. } = &self.model.motion;
         let mut added = Added::default();
         let needs = |of: fn(&Needs) -> bool| self.needs.iter().any(of);
-        if !needs(|n| n.drive || n.constant || n.phase || n.any_of_equation()) {
+        if !needs(|n| n.drive || n.constant || n.phase || n.equation) {
             return Ok(added);
         }
         let start = self.model.trig(here.clock);
@@ -175,9 +175,8 @@ impl Differentiated {
             if needs.phase {
                 added.phase[i] = by_phase(oscillator, drive, start, elapsed);
             }
-            if needs.any_of_equation() {
-                let start = (state, start);
-                let found = by_equation(&body, drive.omega, start, time, needs.equation);
+            if needs.equation {
+                let found = by_equation(&body, drive.omega, (state, start), time);
                 let time = drive.time(here.clock);
                 added.equation[i] = found.ok_or(SensitivityError::Damping { time })?;
             }

@@ -256,9 +256,10 @@ impl<'a> Follower<'a> {
     fn begin_contact(&mut self, clock: Clock, state: State) -> Result<(), SensitivityError> {
         let here = &mut self.leg.here;
         let drive = &self.of.model.motion.drive;
-        // That of an impact, which has lost what its table does not tell.
-        let clock = Clock::new(clock.period, clock.time_in_period);
-        if drive.until(here.clock, clock).value() > 0.0 {
+        // An impact has lost what its table does not tell.
+        let [before, now] =
+            [here.clock, clock].map(|clock| Clock::new(clock.period, clock.time_in_period));
+        if drive.until(before, now).value() > 0.0 {
             return Err(SensitivityError::Landing { time: drive.time(clock) });
         }
         here.state = state;
