@@ -258,6 +258,23 @@ def test_an_interrupt_keeps_the_tubes_so_far(monkeypatch):
     assert [one.why for one in proof.uncovered] == ["interrupted"]
 
 
+def test_an_interrupt_in_the_end_loses_nothing(monkeypatch):
+    from vibroimpact.proof import branch_files
+
+    whole, asked = branch_files.examine_chain, []
+
+    def examine_chain(*arguments):
+        asked.append(arguments)
+        if len(asked) == 1:
+            raise KeyboardInterrupt
+        return whole(*arguments)
+
+    monkeypatch.setattr(branch_files, "examine_chain", examine_chain)
+    with pytest.raises(vi.Interrupted) as caught:
+        vi.prove(gap_branch(), within=(0.29999, 0.30001))
+    assert caught.value.result.stretches == gap_proof().stretches
+
+
 @pytest.mark.parametrize("within", [(1.0, 2.0), (1.8, 1.8), 1.8, (float("nan"), 1.8)])
 def test_bad_ranges_are_refused(within):
     with pytest.raises(vi.ParameterError, match="within"):
@@ -363,6 +380,132 @@ def test_claims_of_more_than_is_shown_are_refused(proof, tmp_path):
         change(content)
         assert content != good
         assert is_refused(retold(content), path)
+
+
+def hostile():
+    """Certificates of a forger who knows how they are verified: what is changed, by name."""
+
+    def piece(content):
+        return content["pieces"][0]
+
+    def tube(content, k=0):
+        return piece(content)["tubes"][k]
+
+    def gap(content):
+        """A tube is left out: what was behind it follows another one."""
+        piece(content)["tubes"].pop(len(piece(content)["tubes"]) // 2)
+
+    def narrow(content):
+        """The last tube, as if it were the whole branch; claims of all of it."""
+        piece(content)["tubes"] = piece(content)["tubes"][-1:]
+
+    def other_sheet(content):
+        """Two sheets of the saddle-node as one chain."""
+        chain = piece(content)["tubes"]
+        piece(content)["tubes"] = [*chain[:2], *chain[-2:]]
+
+    def merged(content):
+        """One stable stretch across the bifurcation, which is told no more."""
+        rows = content["claims"]["stretches"]
+        rows[:] = [
+            [rows[0][0], max(rows, key=lambda x: number(x[1]))[1], "proved", "stable", "", 0]
+        ]
+        content["claims"]["bifurcations"].clear()
+
+    def swapped(content):
+        """Stable and unstable change places."""
+        for row in content["claims"]["stretches"]:
+            row[3] = {"stable": "unstable", "unstable": "stable"}.get(row[3], row[3])
+
+    def coarse(content):
+        """No parts: the bifurcation is not looked at."""
+        for one in tubes(content):
+            del one["cuts"][:-1]
+
+    def backwards(content):
+        one = next(x for x in tubes(content) if len(x["cuts"]) > 2)
+        one["cuts"][0], one["cuts"][1] = one["cuts"][1], one["cuts"][0]
+
+    def beyond(content):
+        """The last part ends outside of its tube."""
+        mantissa, exponent = tube(content, -1)["half"].split("p")
+        tube(content, -1)["cuts"].append(f"{3 * int(mantissa)}p{exponent}")
+
+    def thin(content):
+        """Tubes so thin that they would be unique within nothing."""
+        for one in tubes(content):
+            one["radius"] = ["1p-300"] * len(one["radius"])
+
+    def wide(content):
+        for one in tubes(content):
+            one["radius"] = ["1p2"] * len(one["radius"])
+
+    def elsewhere(content):
+        """A bifurcation of another place, said to be the only one."""
+        row = content["claims"]["bifurcations"][0]
+        row[0] = row[1]
+
+    def another_kind(content):
+        content["claims"]["bifurcations"][0][2] = "grazing"
+
+    def touching(content):
+        """A touch in no flight, and one at a time that is none."""
+        tube(content)["touches"] = [[0, 0, "1p0", "0p0"]]
+
+    def none(content):
+        tube(content)["cuts"] = []
+
+    def other_legs(content):
+        piece(content)["legs"] = [[0, "slip"]]
+
+    def longer(content):
+        piece(content)["m"] += 1
+        piece(content)["label"] = f"{piece(content)['m']}-1"
+
+    return {
+        x.__name__: x for x in list(locals().values()) if callable(x) and x not in (piece, tube)
+    }
+
+
+def number(text):
+    return float(flint.arb(altered_certificates.exact(text)))
+
+
+@pytest.mark.parametrize("what", hostile())
+def test_hostile_certificates_are_refused(what, tmp_path):
+    path = tmp_path / "branch.json"
+    proof = turned_proof() if what == "other_sheet" else neimark_sacker_proof()
+    content = saved(proof, path)
+    before = copy.deepcopy(content)
+    hostile()[what](content)
+    assert content != before
+    assert is_refused(content, path)
+    try:
+        told = retold(content)
+    except Exception:  # it has no statement
+        return
+    assert is_refused(told, path)
+
+
+@pytest.mark.parametrize("proof", [short_proof, neimark_sacker_proof])
+def test_what_is_open_is_told_whatever_a_file_says(proof, tmp_path):
+    """A reason can be left out of a file; that the values are not covered cannot."""
+    path = tmp_path / "branch.json"
+    content = saved(proof(), path)
+    low, high = (number(x) for x in content["within"])
+    for piece in content["pieces"]:
+        piece["open"].clear()
+    if proof is neimark_sacker_proof:  # half of what is shown is claimed
+        content["claims"]["stretches"].pop()
+    path.write_text(json.dumps(retold(content)))
+    again = vi.check_proof(path)
+    assert again.uncovered
+    told = [*again.stretches, *again.bifurcations, *again.uncovered]
+    reach = low
+    for one in sorted(told, key=lambda x: x.lo):
+        assert one.lo <= reach
+        reach = max(reach, one.hi)
+    assert reach >= high
 
 
 def test_altered_certificates_are_refused_or_state_the_same(tmp_path):

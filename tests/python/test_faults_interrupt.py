@@ -21,6 +21,11 @@ from vibroimpact.sweeps.store import Store
 from vibroimpact.sweeps.store_check import Chunks
 from vibroimpact.verification.motion import _Followed
 
+try:
+    from vibroimpact.proof.branch_proving import Tubes
+except ImportError:  # without python-flint; its test is skipped
+    Tubes = None
+
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="a process cannot interrupt itself")
 START = (0.0, 0.5, 0.0, 0.0)
 # Much more work than is done before Ctrl-C comes.
@@ -78,6 +83,13 @@ def _verify():
     return lambda: vi.verify(run)
 
 
+def _prove():
+    pytest.importorskip("flint")
+    motion = settled(drive_frequency=1.8, damping=(0.05, 0.05))
+    branch = vi.follow_motion(motion, drive_frequency=(1.6, 2.0))
+    return lambda: vi.prove(branch, max_tubes=10**6)
+
+
 LONG = {
     "simulate": (lambda: lambda: vi.simulate(ROUGH, initial=START, **FOR_EVER), vi.Run),
     "gradient": (
@@ -129,6 +141,7 @@ LONG = {
     ),
     "verify": (_verify, vi.Verification),
     "fit": (_fit, vi.Fit),
+    "prove": (_prove, vi.BranchProof),
 }
 # Asks of the core before Ctrl-C comes.
 ASKS = dict.fromkeys(LONG, 100_000) | {"impact_agreement": 50}
@@ -137,8 +150,8 @@ ASKS = dict.fromkeys(LONG, 100_000) | {"impact_agreement": 50}
 # Serves a page until Ctrl-C, which is its usual end (test_explorer.py).
 SERVING = {"explore"}
 SHORT = {"impact", "impact_regimes", "periodic_motion", "load", "nonsmooth_mode"}
-# A proof is done or it is none.
-SHORT |= {"prove", "check_proof"}
+# A certificate is read and verified; it is one, or it is none.
+SHORT |= {"check_proof"}
 # A record of a run that is there, and what one would tell of its machine.
 SHORT |= {"measure", "expected_errors"}
 
@@ -159,6 +172,7 @@ IN_PYTHON = {
     "unstable_manifold": (manifolds, "first_piece", 1),
     "verify": (_Followed, "_tell", 3),
     "fit": (sys.modules[vi.fit.__module__], "_fitted", 2),
+    "prove": (Tubes, "one", 2),
 }
 
 

@@ -92,7 +92,10 @@ def proved_branch(
         for one in branch.bifurcations
         if within[0] <= one.value <= within[1]
     ]
-    return branch_proof_of(posed, known), interrupted
+    try:
+        return branch_proof_of(posed, known), interrupted
+    except KeyboardInterrupt:  # all tubes are there, and no verdict is told before it is verified
+        return branch_proof_of(posed, known), True
 
 
 def _walked(
