@@ -2,7 +2,7 @@
 
 The motion is judged by simulation, which shares nothing with the proof, and the text by reading its
 numbers. How far a solution is alone is compared with the box of the problem. Multipliers and
-stability that a certificate claims are not computed again here.
+stability that a certificate claims are compared with differences of simulated motions.
 """
 
 from __future__ import annotations
@@ -18,6 +18,9 @@ import vibroimpact as vi
 import wrong_candidates
 from vibroimpact.proof.certificate import exact
 from wrong_candidates import Problem
+
+ROUGHLY = 1e-3
+"""How near simulated multipliers are to the stated ones, as a part of the largest coefficient."""
 
 WORDS = {
     "stable": ["unstable", "undecided"],
@@ -188,6 +191,26 @@ def untruth(content: Problem, proof: vi.Proof) -> str:
         return "there is a motion" if confirmed else ""
     if not confirmed:
         return "simulation finds another motion"
+    return _other_multipliers(content, proof)
+
+
+def _other_multipliers(content: Problem, proof: vi.Proof) -> str:
+    """What is wrong with the multipliers and the stability that an accepted certificate claims."""
+    assert proof.box is not None
+    found = wrong_candidates.multipliers(content, proof.box.center)
+    if proof.multipliers:
+        stated = [disc.center for disc in proof.multipliers]
+        if len(stated) != len(found):
+            return "another number of multipliers"
+        # coefficients, since a double multiplier is known to half of the digits
+        own, others = np.poly(found), np.poly(stated)
+        if np.abs(own - others).max() > ROUGHLY * np.abs(own).max():
+            return f"multipliers {stated}, and simulation gives {found.tolist()}"
+    largest = np.abs(found).max()
+    if proof.stability == "stable" and largest > 1.0 + ROUGHLY * largest:
+        return "it is unstable"
+    if proof.stability == "unstable" and largest < 1.0 - ROUGHLY:
+        return "it is stable"
     return ""
 
 

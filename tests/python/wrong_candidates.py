@@ -29,6 +29,8 @@ PRECISION = 160
 BOXES = (70, 45, 25, 14, 8)
 # How far a simulation may be from a candidate that it confirms.
 NEAR = 1e-6
+# Of differences that give multipliers.
+STEP = 1e-6
 DEPTH = 1e-9
 KINDS = {
     "inadmissible with one impact": 500,
@@ -132,31 +134,57 @@ def built(machine: Problem, turn: float) -> vi.System | vi.Structure:
     )
 
 
+def started(problem: Problem, nodes: Any) -> tuple[vi.System | vi.Structure, Any]:
+    """The machine at the instant of the first node, and a start just after that impact."""
+    machine, size = problem["machine"], nodes.shape[1] // 2
+    two = machine["kind"] == "two bodies"
+    omega = number(machine["numbers"]["omega"] if two else machine["drive_frequency"])
+    system = built(machine, omega * nodes[0, -1])
+    q, v = nodes[0, :size], nodes[0, size:-1]
+    if isinstance(system, vi.Structure):
+        normal = np.array(system.stops[problem["legs"][-1][0]].normal)
+        return system, np.array([q - 1e-13 * normal / (normal @ normal), v])
+    x2, v2 = (q[1], v[1]) if size == 2 else (system.static_force, 0.0)
+    tip = math.sin(q[0]) if system.contact == "oblique" else q[0]
+    over = max(0.0, tip - x2 - system.gap) + 1e-13
+    if size == 2:
+        return system, (q[0], v[0], x2 + over, v2)
+    return system, (q[0] - over * np.sign(np.cos(q[0]) if tip != q[0] else 1), v[0], x2, v2)
+
+
+def multipliers(problem: Problem, z: Any) -> Any:
+    """Those of a motion, by central differences of simulated states between two impacts."""
+    nodes = np.array([float(x) for x in np.ravel(z)]).reshape(len(problem["legs"]), -1)
+    m, size = problem["m"], nodes.shape[1] // 2
+    system, start = started(problem, nodes)
+    run = vi.simulate(system, initial=start, periods=m, keep=m)
+    later = run.impacts[0]["time"] / 2.0
+    middle = np.asarray(run.trajectory([later])[0])
+    turned = built(problem["machine"], system.drive_frequency * (nodes[0, -1] + later))
+    free = range(middle.size) if size > 1 or isinstance(system, vi.Structure) else (0, 1)
+    columns = []
+    for i in free:
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = middle.copy()
+            moved.ravel()[i] += sign * STEP
+            found = vi.simulate(turned, initial=moved, periods=m, keep=m).stroboscopic[-1]
+            ends.append(np.ravel(found)[[*free]])
+        columns.append((ends[0] - ends[1]) / (2.0 * STEP))
+    return np.linalg.eigvals(np.array(columns).T)
+
+
 def is_motion(problem: Problem, z: Any) -> bool:
     """Whether simulation confirms a candidate."""
     machine, legs = problem["machine"], problem["legs"]
     nodes = np.array([float(x) for x in np.ravel(z)]).reshape(len(legs), -1)
-    two, count = machine["kind"] == "two bodies", len(legs)
+    two, count, size = machine["kind"] == "two bodies", len(legs), nodes.shape[1] // 2
     for shift in range(1, count):
         again = problem["m"] * shift % count == 0 and legs == legs[shift:] + legs[:shift]
         if again and np.abs(np.roll(nodes, -shift, 0) - nodes)[:, :-1].max() < NEAR:
             return False  # it has a shorter period
-    omega = number(machine["numbers"]["omega"] if two else machine["drive_frequency"])
     try:
-        system = built(machine, omega * nodes[0, -1])
-        size = nodes.shape[1] // 2
-        q, v = nodes[0, :size], nodes[0, size:-1]
-        if isinstance(system, vi.System):
-            x2, v2 = (q[1], v[1]) if size == 2 else (system.static_force, 0.0)
-            tip = math.sin(q[0]) if system.contact == "oblique" else q[0]
-            over = max(0.0, tip - x2 - system.gap) + 1e-13
-            if size == 2:
-                start: Any = (q[0], v[0], x2 + over, v2)
-            else:
-                start = (q[0] - over * np.sign(np.cos(q[0]) if tip != q[0] else 1), v[0], x2, v2)
-        else:
-            normal = np.array(system.stops[legs[-1][0]].normal)
-            start = np.array([q - 1e-13 * normal / (normal @ normal), v])
+        system, start = started(problem, nodes)
         run = vi.simulate(system, initial=start, periods=problem["m"] + 1, keep=problem["m"] + 1)
     except (vi.SimulationError, ValueError):
         return False

@@ -177,7 +177,7 @@ def verified_branch(posed: dict[str, Any], claims: Mapping[str, Any]) -> BranchP
     ------
     ProofError, KeyError, TypeError, ValueError : it is damaged, or claims what is not shown
     """
-    if posed["parameter"] != name_of(posed["machine"], posed["place"]):
+    if posed["parameter"] not in names_of(posed["machine"], posed["place"]):
         raise ProofError("a parameter of another name")
     found = _found(posed)
     proof = _proof_from({**posed, "claims": claims}, found)
@@ -205,9 +205,12 @@ def _holds(one: ProvedBifurcation, shown: ProvedBifurcation) -> bool:
     return same and one.lo <= shown.lo and shown.hi <= one.hi
 
 
-def name_of(machine: Mapping[str, Any], place: Sequence[Any]) -> str:
-    """The name of the parameter at a place in a certificate."""
+def names_of(machine: Mapping[str, Any], place: Sequence[Any]) -> set[str]:
+    """The names of the parameter at a place in a certificate; that of the only stop has two."""
     if machine["kind"] == "two bodies":
         (symbol,) = place
-        return SYMBOLS[symbol]
-    return f"{place[2]}_{place[1]}" if place[0] == "stops" else str(place[0])
+        return {SYMBOLS[symbol]}
+    if place[0] != "stops":
+        return {str(place[0])}
+    alone = {str(place[2])} if len(machine["stops"]) == 1 else set()
+    return {f"{place[2]}_{place[1]}"} | alone

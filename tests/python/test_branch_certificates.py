@@ -1,0 +1,273 @@
+"""Certificates of branches: verified anew, altered, and made to deceive."""
+
+import copy
+import json
+
+import numpy as np
+import pytest
+
+import altered_certificates
+import sizes
+import vibroimpact as vi
+from proved_branches import (
+    damped_proof,
+    gap_proof,
+    grazing_proof,
+    neimark_sacker_proof,
+    short_proof,
+    turned_proof,
+)
+
+flint = pytest.importorskip("flint")
+
+
+def retold(content):
+    """A certificate whose statement says what it claims."""
+    from vibroimpact.proof.branch_files import _proof_from
+    from vibroimpact.proof.branch_statement import branch_statement
+    from vibroimpact.proof.chain import Shown
+
+    posed = {key: value for key, value in content.items() if key not in ("format", "statement")}
+    none = [Shown() for _ in content["pieces"]]
+    return content | {"statement": branch_statement(_proof_from(posed, none))}
+
+
+def saved(proof, path):
+    proof.save(path)
+    return json.loads(path.read_text())
+
+
+def values(content):
+    """Single values: 0p3 is 0p0."""
+    told = (altered_certificates.at(content, x) for x in altered_certificates.places(content))
+    exact = altered_certificates.exact
+    return [
+        exact(x) if isinstance(x, str) and altered_certificates.is_number(x) else x for x in told
+    ]
+
+
+def is_refused(content, path):
+    path.write_text(json.dumps(content))
+    try:
+        vi.check_proof(path)
+    except vi.ProofError:
+        return True
+    return False
+
+
+@pytest.mark.parametrize(
+    "proof", sizes.either([damped_proof, gap_proof, grazing_proof], [damped_proof, turned_proof])
+)
+def test_a_certificate_is_verified_anew(proof, tmp_path):
+    path = tmp_path / "branch.json"
+    saved(proof(), path)
+    again = vi.check_proof(path)
+    assert again.statement == proof().statement
+    assert again.stretches == proof().stretches
+    assert again.bifurcations == proof().bifurcations
+    assert again.uncovered == proof().uncovered
+
+
+def tubes(content):
+    return [tube for piece in content["pieces"] for tube in piece["tubes"]]
+
+
+def claims(content):
+    return content["claims"]["stretches"], content["claims"]["bifurcations"]
+
+
+@pytest.mark.parametrize(
+    "proof", sizes.either([neimark_sacker_proof], [neimark_sacker_proof, turned_proof])
+)
+def test_claims_of_more_than_is_shown_are_refused(proof, tmp_path):
+    """Even where the statement says the same."""
+    path = tmp_path / "branch.json"
+    good = saved(proof(), path)
+    assert good == retold(copy.deepcopy(good))
+    changes = [
+        lambda x: claims(x)[1][0].__setitem__(3, not claims(x)[1][0][3]),
+        lambda x: claims(x)[1][0].__setitem__(1, claims(x)[1][0][0]),
+        lambda x: claims(x)[1][0].__setitem__(2, "change_of_stability"),
+    ]
+    if proof is turned_proof:
+        changes.append(lambda x: [tube["cuts"].__delitem__(slice(-1)) for tube in tubes(x)])
+    else:
+        changes += [
+            lambda x: claims(x)[0][0].__setitem__(3, "unstable"),
+            lambda x: claims(x)[0][1].__setitem__(3, "stable"),
+            lambda x: claims(x)[0][0].__setitem__(2, "disproved"),
+            # one verdict across the bifurcation, from either side
+            lambda x: claims(x)[0][0].__setitem__(1, claims(x)[0][1][1]),
+            lambda x: claims(x)[0][1].__setitem__(0, claims(x)[0][0][0]),
+            lambda x: claims(x)[0][0].__setitem__(1, "2p0"),
+            lambda x: claims(x)[0].append(["1p0", "3p-1", "proved", "stable", "", 0]),
+            lambda x: claims(x)[1].append(["1p0", "3p-1", "saddle_node", True, 0]),
+            lambda x: [piece["tubes"].pop(1) for piece in x["pieces"]],
+            lambda x: [piece["tubes"].reverse() for piece in x["pieces"]],
+            lambda x: x.update(parameter="gap"),
+            lambda x: x.update(place=["delta"], parameter="gap"),
+            lambda x: x["machine"]["numbers"].update(r="1p0"),
+        ]
+    for change in changes:
+        content = copy.deepcopy(good)
+        change(content)
+        assert content != good
+        assert is_refused(retold(content), path)
+
+
+def hostile():
+    """Certificates of a forger who knows how they are verified: what is changed, by name."""
+
+    def piece(content):
+        return content["pieces"][0]
+
+    def tube(content, k=0):
+        return piece(content)["tubes"][k]
+
+    def gap(content):
+        """A tube is left out: what was behind it follows another one."""
+        piece(content)["tubes"].pop(len(piece(content)["tubes"]) // 2)
+
+    def narrow(content):
+        """The last tube, as if it were the whole branch; claims of all of it."""
+        piece(content)["tubes"] = piece(content)["tubes"][-1:]
+
+    def other_sheet(content):
+        """Two sheets of the saddle-node as one chain."""
+        chain = piece(content)["tubes"]
+        piece(content)["tubes"] = [chain[-1], chain[0]]
+
+    def merged(content):
+        """One stable stretch across the bifurcation, which is told no more."""
+        rows = content["claims"]["stretches"]
+        last = max(rows, key=lambda x: number(x[1]))[1]
+        rows[:] = [[rows[0][0], last, "proved", "stable", "", 0]]
+        content["claims"]["bifurcations"].clear()
+
+    def swapped(content):
+        """Stable and unstable change places."""
+        for row in content["claims"]["stretches"]:
+            row[3] = {"stable": "unstable", "unstable": "stable"}.get(row[3], row[3])
+
+    def coarse(content):
+        """No parts: the bifurcation is not looked at."""
+        for one in tubes(content):
+            del one["cuts"][:-1]
+
+    def backwards(content):
+        one = next(x for x in tubes(content) if len(x["cuts"]) > 2)
+        one["cuts"][0], one["cuts"][1] = one["cuts"][1], one["cuts"][0]
+
+    def beyond(content):
+        """The last part ends outside of its tube."""
+        mantissa, exponent = tube(content, -1)["half"].split("p")
+        tube(content, -1)["cuts"].append(f"{3 * int(mantissa)}p{exponent}")
+
+    def thin(content):
+        """Tubes so thin that they would be unique within nothing."""
+        for one in tubes(content):
+            one["radius"] = ["1p-300"] * len(one["radius"])
+
+    def wide(content):
+        for one in tubes(content):
+            one["radius"] = ["1p2"] * len(one["radius"])
+
+    def elsewhere(content):
+        """A bifurcation of another place, said to be the only one."""
+        row = content["claims"]["bifurcations"][0]
+        row[0] = row[1]
+
+    def another_kind(content):
+        content["claims"]["bifurcations"][0][2] = "grazing"
+
+    def touching(content):
+        """A touch in no flight, and one at a time that is none."""
+        tube(content)["touches"] = [[0, 0, "1p0", "0p0"]]
+
+    def none(content):
+        tube(content)["cuts"] = []
+
+    def other_legs(content):
+        piece(content)["legs"] = [[0, "slip"]]
+
+    def longer(content):
+        piece(content)["m"] += 1
+        piece(content)["label"] = f"{piece(content)['m']}-1"
+
+    told = (gap, narrow, other_sheet, merged, swapped, coarse, backwards, beyond, thin, wide)
+    told += (elsewhere, another_kind, touching, none, other_legs, longer)
+    return {change.__name__: change for change in told}
+
+
+def number(text):
+    return float(flint.arb(altered_certificates.exact(text)))
+
+
+@pytest.mark.parametrize("what", sizes.either([*hostile()][:2] + [*hostile()][3:], hostile()))
+def test_hostile_certificates_are_refused(what, tmp_path):
+    path = tmp_path / "branch.json"
+    proof = turned_proof() if what == "other_sheet" else neimark_sacker_proof()
+    content = saved(proof, path)
+    before = copy.deepcopy(content)
+    hostile()[what](content)
+    assert content != before
+    assert is_refused(content, path)
+    try:
+        told = retold(content)
+    except Exception:  # it has no statement
+        return
+    assert is_refused(told, path)
+
+
+@pytest.mark.parametrize("proof", [short_proof, neimark_sacker_proof])
+def test_what_is_open_is_told_whatever_a_file_says(proof, tmp_path):
+    """A reason can be left out of a file; that the values are not covered cannot."""
+    path = tmp_path / "branch.json"
+    content = saved(proof(), path)
+    low, high = (number(x) for x in content["within"])
+    for piece in content["pieces"]:
+        piece["open"].clear()
+    if proof is neimark_sacker_proof:  # half of what is shown is claimed
+        content["claims"]["stretches"].pop()
+    path.write_text(json.dumps(retold(content)))
+    again = vi.check_proof(path)
+    assert again.uncovered
+    told = [*again.stretches, *again.bifurcations, *again.uncovered]
+    reach = low
+    for one in sorted(told, key=lambda x: x.lo):
+        assert one.lo <= reach
+        reach = max(reach, one.hi)
+    assert reach >= high
+
+
+def test_altered_certificates_are_refused_or_state_the_same(tmp_path):
+    """What passes has another tube about the same motions, and claims what was shown before."""
+    path = tmp_path / "branch.json"
+    good = saved(short_proof(), path)
+    random, refused, places = np.random.default_rng(3), 0, altered_certificates.places(good)
+    by_part = {}
+    for place in places:
+        by_part.setdefault(place[0] if place[0] != "pieces" else place[3:4], []).append(place)
+    parts = list(by_part.values())
+    while refused < sizes.either(120, 1500):
+        content = copy.deepcopy(good)
+        part = parts[random.integers(len(parts))]
+        place = part[random.integers(len(part))]
+        owner, value = (altered_certificates.at(content, place[:k]) for k in (-1, len(place)))
+        if isinstance(value, str) and altered_certificates.is_number(value):
+            owner[place[-1]] = altered_certificates.changed(value, random)
+        elif isinstance(value, str):
+            others = altered_certificates.WORDS.get(value, [value[:-1]])
+            owner[place[-1]] = str(random.choice(others))
+        elif isinstance(value, bool) or value is None:
+            owner[place[-1]] = not value
+        else:
+            owner[place[-1]] = value + int(random.choice([-1, 1, 64]))
+        if content == good:
+            continue
+        if is_refused(content, path):
+            refused += 1
+        else:
+            assert vi.check_proof(path).statement == short_proof().statement
+            assert values(content["claims"]) == values(good["claims"])
+            assert values(content["machine"]) == values(good["machine"])
