@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 
 import vibroimpact as vi
-import wrong_candidates
+from simulated_certificates import Problem, is_motion, multipliers, number
 from vibroimpact.proof.certificate import exact
-from wrong_candidates import Problem
 
 ROUGHLY = 1e-3
 """How near simulated multipliers are to the stated ones, as a part of the largest coefficient."""
@@ -175,7 +174,7 @@ def untruth(content: Problem, proof: vi.Proof) -> str:
     machine = content["machine"]
     nodes = proof.box.center
     for text in [text for text in flat(machine) if isinstance(text, str) and is_number(text)]:
-        value = wrong_candidates.number(text)
+        value = number(text)
         if exact(text) != exact(dyadic_of(value)):
             return f"{text} is printed as {value!r}, which it is not"
     if machine["kind"] == "two bodies" and len(machine["numbers"]) != 13:
@@ -186,7 +185,7 @@ def untruth(content: Problem, proof: vi.Proof) -> str:
         return "a note"
     if not _alone(content, proof):
         return "it is not shown to be alone so far about the printed numbers"
-    confirmed = wrong_candidates.is_motion(content, nodes)
+    confirmed = is_motion(content, nodes)
     if proof.verdict == "disproved":
         return "there is a motion" if confirmed else ""
     if not confirmed:
@@ -197,7 +196,7 @@ def untruth(content: Problem, proof: vi.Proof) -> str:
 def _other_multipliers(content: Problem, proof: vi.Proof) -> str:
     """What is wrong with the multipliers and the stability that an accepted certificate claims."""
     assert proof.box is not None
-    found = wrong_candidates.multipliers(content, proof.box.center)
+    found = multipliers(content, proof.box.center)
     if proof.multipliers:
         stated = [disc.center for disc in proof.multipliers]
         if len(stated) != len(found):

@@ -13,6 +13,7 @@ import vibroimpact as vi
 pytest.importorskip("flint")
 
 import altered_certificates
+import simulated_certificates
 import wrong_candidates
 from vibroimpact.proof.certificate import examine
 from vibroimpact.proof.files import proof_from
@@ -54,7 +55,7 @@ def none_is_proved(kind, candidates):
     verdicts: Counter[str] = Counter()
     for problem, z in candidates:
         verdict = wrong_candidates.verdict(problem, z)
-        if wrong_candidates.is_motion(problem, z):
+        if simulated_certificates.is_motion(problem, z):
             assert verdict == "proved", problem
             continue
         assert verdict != "proved", problem
@@ -85,7 +86,7 @@ def test_a_clearance_of_1e_9_is_enough():
     # The control: the same motions, just before the contact.
     some = wrong_candidates.beside_a_graze(1, -DEPTH)
     for problem, z in itertools.islice(some, count("hidden contact")):
-        if wrong_candidates.is_motion(problem, z):
+        if simulated_certificates.is_motion(problem, z):
             assert wrong_candidates.verdict(problem, z) == "proved"
 
 
@@ -168,7 +169,9 @@ def test_a_motion_passed_twice_is_not_another_one(proofs):
     twice = dict(proof.certificate)
     problem = {"machine": twice["machine"], "m": 2, "legs": 2 * list(twice["legs"])}
     nodes = np.vstack([proof.box.center] * 2)
-    nodes[1, -1] += 2.0 * np.pi / wrong_candidates.number(twice["machine"]["numbers"]["omega"])
+    nodes[1, -1] += (
+        2.0 * np.pi / simulated_certificates.number(twice["machine"]["numbers"]["omega"])
+    )
     problem["precision"] = wrong_candidates.PRECISION
     z = wrong_candidates.newton(problem, nodes)
     assert z is not None
