@@ -26,7 +26,7 @@ from .near import near_inverse
 
 Stability = Literal["stable", "unstable", "undecided"]
 CIRCUIT = (-1, "no_impact")  # the leg of a motion without impacts
-_DEEPEST, _MOST_PIECES, _NARROWER = 100, 20_000, 8  # halvings and pieces of a flight; boxes
+_DEEPEST, _MOST_PIECES, _AFRESH, _NARROWER = 100, 100_000, 32, 8  # of a flight; boxes
 
 
 @dataclass(frozen=True)
@@ -191,6 +191,8 @@ def show_clear(orbit: Orbit, k: int, flight: Flight) -> None:
             return
         if not left:
             place, w = place + fmpq(2) ** -level, machine.step(level) * w
+            if pieces % _AFRESH == 0:  # balls grow by many steps
+                w = machine.flow(arb(place)) * flight.start
         else:
             levels += [level + 1, level + 1]
             middle = (machine.step(level + 1) * w).entries()
@@ -200,10 +202,7 @@ def show_clear(orbit: Orbit, k: int, flight: Flight) -> None:
 
 
 def spectrum(orbit: Orbit, flights: Sequence[Flight]) -> tuple[Stability, list[acb], str]:
-    """Stability, discs of the multipliers (section 7) by falling modulus, and why there are none.
-
-    The return map maps onto g = 0: one of the eigenvalues of its derivative is 0, no multiplier.
-    """
+    """Stability, discs of the multipliers (section 7) by falling modulus; why there are none."""
     width = 2 * orbit.machine.size + 1
     matrix = acb_mat([[int(i == j) for j in range(width)] for i in range(width)])
     for k, flight in enumerate(flights):
@@ -215,6 +214,7 @@ def spectrum(orbit: Orbit, flights: Sequence[Flight]) -> tuple[Stability, list[a
     except ValueError:
         return steady, [], "multipliers too close to each other to tell apart"
     discs.sort(key=lambda x: (-round(float(abs(x).upper()), 12), -float(x.imag.mid())))
+    # the return map maps onto g = 0: one of the eigenvalues of its derivative is 0, no multiplier
     zeros = [x for x in discs if x.contains(0)]
     if len({(str(x.real), str(x.imag)) for x in zeros}) != 1:
         return steady, [], "a multiplier too close to 0 to tell it apart"
