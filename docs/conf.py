@@ -54,6 +54,8 @@ nitpick_ignore = [
         "sweeps.diagram_results.RunT",
         "orbits.found.MotionT",
         "run_record.MachineT",
+        "run_record.RunRecord",
+        "machine.Machine",
         "sweeps.basins.region.Follow",
         "sweeps.basins.region.Region",
         "orbits.curve_problem.CurveProblem",

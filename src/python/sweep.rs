@@ -210,7 +210,7 @@ pub(super) fn sweep(
     }
     let mut cells = Vec::with_capacity(initials.len());
     for (row, &[x1, v1, x2, v2]) in values.rows().into_iter().zip(&initials) {
-        let system = with_values(system.0, &names, &row.to_vec())?;
+        let system = with_values(&system.0, &names, &row.to_vec())?;
         cells.push(Cell { system, initial: State::new(x1, v1, x2, v2)? });
     }
     let done = AtomicUsize::new(0);

@@ -25,11 +25,11 @@ impl PySystems {
 
 /// A system with these values of its parameters `names`.
 pub(super) fn with_values(
-    system: System,
+    system: &System,
     names: &[String],
     values: &[f64],
 ) -> Result<System, ParameterError> {
-    names.iter().zip(values).try_fold(system, |system, (name, &value)| system.with(name, value))
+    names.iter().zip(values).try_fold(*system, |system, (name, &value)| system.with(name, value))
 }
 
 #[pymethods]
@@ -47,7 +47,7 @@ impl PySystems {
             return Err(ParameterError::new("values", given, "a column for each name").into());
         }
         let rows = values.rows().into_iter();
-        let systems = rows.map(|row| with_values(system.0, &names, &row.to_vec()));
+        let systems = rows.map(|row| with_values(&system.0, &names, &row.to_vec()));
         Ok(Self(systems.collect::<Result<_, _>>()?))
     }
 
