@@ -44,7 +44,7 @@ _OPEN = 0.05
 #: Halvings of a part of a tube, and how many parts are halved.
 _HALVINGS, _MOST_OPEN = 30, 64
 #: Part of a tube that may be open after some halvings; more, where it is taken as it is.
-_DARKEST, _HASTE, _PATIENCE = 0.6, 3, 6
+_DARKEST, _HASTE, _PATIENCE = 0.6, 3, 12
 #: Halvings after which it is asked whether what is open is about one special point.
 _ASKED = 3
 #: Least part of a tube that is kept.
@@ -256,10 +256,11 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
             continue
         hi = arb(half)
         arc = Arc.of(family, tube, found)
-        told, touches = parts_of(arc, lo, hi, _HASTE if tries else _PATIENCE)
+        shorter = bool(tries) and half > _FINEST * length
+        told, touches = parts_of(arc, lo, hi, _HASTE if shorter else _PATIENCE)
         open_ = [one for one in resolved(arc, told, touches) if not one.known]
         dark = sum(float((one.hi - one.lo).upper()) for one in open_)
-        if dark > _OPEN * half and half > _FINEST * length and tries:
+        if dark > _OPEN * half and shorter:
             longest, half, tries = half, half / 2, tries - 1
             continue
         # where the verdict stays open some longer tubes are taken as they are
