@@ -59,7 +59,7 @@ def test_a_saddle_node_is_turned_around():
     turn = branch().bifurcations[3].value
     (found,) = [one for one in proof.bifurcations if one.kind == "saddle_node"]
     assert found.single
-    assert found.hi - found.lo < 1e-12
+    assert found.hi - found.lo < 1e-14
     assert abs(found.lo - turn) < 1e-9
     ends = [one for one in proof.stretches if abs(one.lo - found.hi) < 1e-14]
     assert {one.stability for one in ends} == {"stable", "unstable"}
@@ -109,7 +109,7 @@ def test_a_neimark_sacker_bifurcation_is_enclosed():
     (found,) = proof.bifurcations
     assert (found.kind, found.single) == ("neimark_sacker", True)
     assert found.lo - 1e-12 <= known.value <= found.hi + 1e-12
-    assert found.hi - found.lo < 1e-12
+    assert found.hi - found.lo < 1e-14
     assert [one.stability for one in proof.stretches] == ["stable", "unstable"]
     assert not proof.uncovered
 
