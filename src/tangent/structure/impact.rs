@@ -215,16 +215,18 @@ impl Linearised {
             .map(|impact| {
                 let stop = impact.stop;
                 let restitution = structure.stops()[stop].restitution();
-                let change = self.rate_change(stop, clock, events, delay);
-                if stop != met {
-                    return change - self.by_other_mobility(stop, impacts);
+                let mut change = self.rate_change(stop, clock, events, delay);
+                if stop == met {
+                    change *= 1.0 + restitution;
                 }
-                let [by_law, _] = self.by_law(stop);
-                let own = change * (1.0 + restitution);
-                if self.by.is_empty() {
-                    return own;
+                if !self.by.is_empty() {
+                    change -= self.by_other_mobility(stop, impacts);
+                    if stop == met {
+                        let [by_law, _] = self.by_law(stop);
+                        change += by_law * impact.approach_velocity;
+                    }
                 }
-                own + by_law * impact.approach_velocity - self.by_other_mobility(stop, impacts)
+                change
             })
             .collect();
         let wanted = DMatrix::from_rows(&wanted);
