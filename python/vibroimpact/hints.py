@@ -80,6 +80,7 @@ _OTHER_ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "to_csv": ("to_pandas",),
     "at": ("run",),
     "poincare": ("stroboscopic",),
+    **dict.fromkeys(("verdict", "stability"), ("stretches",)),
     "energy": ("energy_audit",),
     **dict.fromkeys(("lyapunov", "lyapunov_exponent"), ("largest_exponent", "largest")),
 }
