@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from functools import cached_property
+from numbers import Real
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -91,6 +92,9 @@ class Stop(ByValue, Shown):
         amplitude: float = 0.0,
         phase: float = 0.0,
     ) -> None:
+        if isinstance(normal, Real):
+            # The place of a mass, perhaps.
+            reject("normal", normal, "one number for each coordinate, such as [0, 0, 1]")
         row = fixed(vector("normal", normal))
         if not len(row):
             reject("normal", [], "at least one number")

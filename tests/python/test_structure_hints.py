@@ -209,7 +209,7 @@ def test_axes_of_branches_are_named_as_those_of_diagrams():
         ),
         (
             lambda: vi.Stop(2, 0.1, 0.5),
-            "normal = 2 is not allowed; allowed: one dimension, such as [2]",
+            "normal = 2 is not allowed; allowed: one number for each coordinate, such as [0, 0, 1]",
         ),
         (
             lambda: TWO.replace(damping_ratios=[0.1]),
