@@ -31,6 +31,7 @@ from .stop import (
     checked_stops,
     from_dicts,
     is_of_stops,
+    numbered,
     numbers_by_name,
     numbers_in_words,
     with_changes,
@@ -369,7 +370,8 @@ class Structure(Machine):
         return 2.0 * np.pi / float(moving[0]) if len(moving) else 1.0
 
     def _least_size(self, name: str, start: Array) -> float:
-        kind = name.rpartition("_")[0] or name
+        one = numbered(name)
+        kind = one.what if one else name
         if name == "drive_frequency":
             return _LEAST_PART * self._fastest
         if kind not in ("gap", "q", "v"):

@@ -29,6 +29,8 @@ _NUMBERS: Final = ("drive_frequency", "phase")
 # Numbers of a stop, in the order of the core's columns.
 _OF_STOPS: Final = ("gap", "restitution", "friction", "amplitude", "phase")
 _START: Final = ("q", "v")
+# What cannot be varied, of stops and of a structure from modes.
+_FIXED: Final = frozenset({"normal", "tangent", "shapes"})
 _OF_ONE: Final = re.compile(r"(gap|restitution|friction|amplitude|phase)_(\d+)", re.ASCII)
 _COMPONENT: Final = re.compile(r"([qv])_(\d+)", re.ASCII)
 _ENTRY: Final = re.compile(r"(mass|stiffness|damping)\[\s*(\d+)\s*,\s*(\d+)\s*\]", re.ASCII)
@@ -175,10 +177,8 @@ def slopes_of_function(structure: Structure, name: str, given: Any) -> dict[str,
         slope = np.sum(moved, axis=0) / (12.0 * step)
         if slope.any():
             direction[field] = slope
-    for fixed in [field for field in direction if field.startswith("stops:")]:
-        reject(name, in_short(fixed.removeprefix("stops:")), "a function that leaves it as it is")
-    if "shapes" in direction:
-        reject(name, "shapes", "a function that leaves them as they are")
+    for fixed in _FIXED & {*direction}:
+        reject(name, fixed, "a function that leaves it as it is")
     if "stops" in direction:
         slopes = direction.pop("stops")
         for place, row in enumerate(slopes):
@@ -212,7 +212,7 @@ def _made(function: Callable[[float], Any], name: str, value: float) -> Structur
 
 
 def _leaves(structure: Structure) -> dict[str, NDArray[Any]]:
-    """Return all numbers of a structure, by field; what cannot be varied begins with ``stops:``."""
+    """Return all numbers of a structure, by field, with those of its stops."""
     fields = dict(structure._fields())
     stops = fields.pop("stops")
     found = {
@@ -221,7 +221,7 @@ def _leaves(structure: Structure) -> dict[str, NDArray[Any]]:
     found["stops"] = np.array(
         [[getattr(stop, name) for name in _OF_STOPS] for stop in stops], dtype=float
     ).reshape(-1, len(_OF_STOPS))
-    found["stops:normal"] = np.array([stop.normal for stop in stops], dtype=float)
+    found["normal"] = np.array([stop.normal for stop in stops], dtype=float)
     tangents = [np.zeros_like(s.normal) if s.tangent is None else s.tangent for s in stops]
-    found["stops:tangent"] = np.array(tangents, dtype=float)
+    found["tangent"] = np.array(tangents, dtype=float)
     return found

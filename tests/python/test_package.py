@@ -114,8 +114,8 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
     assert packages == "numpy vibroimpact"
     needed = (
         "_core arguments by_value errors extras hints impacts interruption keyword_types machine "
-        "machine_kinds mechanics period_report physical run run_parts run_record scales showing "
-        "simulation system tables verbs"
+        "machine_kinds mechanics period_report physical restitution run run_parts run_record "
+        "scales showing simulation system tables verbs"
     )
     assert modules == needed
     assert slow == ""

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from ..made import Made
+from ..stop import numbered
 
 _NOT_NEGATIVE = (
     "mass_ratio",
@@ -31,5 +32,5 @@ def natural_range(machine: Any, name: str) -> tuple[float, float]:
     """
     if isinstance(machine, Made):
         return _ANY
-    what, _, place = name.rpartition("_")
-    return _NATURAL.get(what if place.isdigit() else name, _ANY)
+    one = numbered(name)
+    return _NATURAL.get(one.what if one else name, _ANY)

@@ -22,6 +22,7 @@ from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
 from ..scales import Scales
 from ..showing import Facts, Shown, counted
+from ..stop import numbered
 
 Array = NDArray[np.float64]
 
@@ -38,13 +39,14 @@ _MOST_LINES = 10_000_000
 
 def is_heard(kind: str) -> bool:
     """Whether a record is of times of impacts, which has no values but these."""
-    return kind.startswith(IMPACT_TIMES)
+    one = numbered(kind)
+    return IMPACT_TIMES in (kind, one.what if one else None)
 
 
 def stop_of(kind: str) -> int | None:
     """Return the stop whose impacts are heard; None for all."""
-    number = kind[len(IMPACT_TIMES) + 1 :]
-    return int(number) if is_heard(kind) and number else None
+    one = numbered(kind)
+    return one.place if one and one.what == IMPACT_TIMES else None
 
 
 @interruptible

@@ -59,8 +59,8 @@ def _of_system(run: Run, sensitivity: Any, basis: Basis) -> dict[str, Array]:
 def _of_structure(run: Any, sensitivity: Any, basis: Basis) -> dict[str, Array]:
     impacts, structure = run.impacts, run.system
     time, before, after = sensitivity.impacts
-    q, before_v = np.split(before, 2, axis=1)
-    after_v = np.split(after, 2, axis=1)[1]
+    count = structure.coordinates
+    q, before_v, after_v = before[:, :count], before[:, count:], after[:, count:]
     found = {"time": time, "q": q, "v_pre": before_v, "v_post": after_v}
     approach = np.zeros_like(time)
     rate = basis.slopes("drive_frequency")

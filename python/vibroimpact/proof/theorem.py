@@ -26,8 +26,8 @@ class Theorem(Shown):
 
         Examples
         --------
-        >>> print(proof.statement[:43])
-        Theorem. Consider the two bodies of section
+        >>> print(proof.statement[:38])
+        Theorem. Consider vibroimpact's System
         """
         text: str = verb("proof_statement")(self)
         return text
