@@ -7,7 +7,6 @@ with those of the function.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,9 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .machine import Machine
-
-# A number of one stop, which may vary with that of all.
-_OF_STOP = re.compile(r"(gap|restitution|friction)_[0-9]+")
+from .stop import OF_STOPS, numbered
 
 
 def direction_of(name: str) -> str:
@@ -53,7 +50,8 @@ class Basis:
 
         That of a stop, as ``gap_0``, also changes with that of all stops.
         """
-        of_all = _OF_STOP.sub(r"\1", field)
+        one = numbered(field)
+        of_all = one.what if one and one.what in OF_STOPS else field
         none = np.zeros(shape)
         entries = [none + float(name in (field, of_all)) for name in self.names]
         for direction in self.directions.values():

@@ -55,13 +55,13 @@ FIRST = [
     "machine",
     "mechanics",
     "system",
-    "by_numbers",
     "machine_kinds",
     "stop",
     "modal_basis",
     "structure_fields",
     "structure",
     "structure_directions",
+    "by_numbers",
     "made",
 ]
 PYTHON = [

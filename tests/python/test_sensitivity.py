@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from ctrl_c import asks_of, ctrl_c_at
 from references import reference, scene_initial, scene_system
 from small_results import START, run
 from systems import PAPER
-from vibroimpact import _core
 from vibroimpact._core import PARAMETERS
 from vibroimpact.system import SYMBOLS
 
@@ -253,26 +253,15 @@ def test_a_run_that_ends_exactly_on_a_section_has_all_of_them(omega, phase):
                     assert last == pytest.approx(found.final_state[:, 0], abs=1e-9)
 
 
-def reads(run) -> int:
-    """How often differentiating a run asks whether to go on."""
-    most = 10**9
-    _core._interrupt_at(most)
-    run.sensitivity("gap")
-    return most - _core._interrupt_at(None)
-
-
 def test_ctrl_c_keeps_the_derivatives_so_far():
     for of in (
         vi.simulate(DAMPED, initial=START, periods=30),
         vi.simulate(CHATTERS, initial=START, periods=6),
     ):
         whole = of.sensitivity("gap", "v1")
-        _core._interrupt_at(reads(of) // 2)
-        try:
-            with pytest.raises(vi.Interrupted) as stopped:
-                of.sensitivity("gap", "v1")
-        finally:
-            _core._interrupt_at(None)
+        asks = asks_of(lambda of=of: of.sensitivity("gap"))
+        with ctrl_c_at(asks // 2) as stopped:
+            of.sensitivity("gap", "v1")
         part = stopped.value.result
         assert 0 < part.until < of.final_state.time == whole.until
         n, m = len(part.impacts.time), len(part.stroboscopic)

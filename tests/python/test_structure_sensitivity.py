@@ -7,10 +7,10 @@ import pytest
 
 import sizes
 import vibroimpact as vi
+from ctrl_c import asks_of, ctrl_c_at
 from random_structures import FAMILIES
 from references import case_structure, reference
 from struck import BEAM, MOVING, PRESSED, REST, SETTLING, masses_run, pressed_run
-from vibroimpact import _core
 
 SCENES = reference("structure_sensitivity_reference.json")
 TIMES = np.linspace(0.05, 0.95, 7)
@@ -398,23 +398,12 @@ def test_a_run_that_ends_exactly_on_a_section_has_all_of_them(omega, phase):
                 assert len(found.stroboscopic) == len(run.stroboscopic)
 
 
-def reads(run) -> int:
-    """How often differentiating a run asks whether to go on."""
-    most = 10**9
-    _core._interrupt_at(most)
-    run.sensitivity("gap")
-    return most - _core._interrupt_at(None)
-
-
 def test_ctrl_c_keeps_the_derivatives_so_far():
     run = vi.simulate(MOVING, initial=REST[1], periods=20)
     whole = run.sensitivity("gap_0", "v_0")
-    _core._interrupt_at(reads(run) // 2)
-    try:
-        with pytest.raises(vi.Interrupted) as stopped:
-            run.sensitivity("gap_0", "v_0")
-    finally:
-        _core._interrupt_at(None)
+    asks = asks_of(lambda: run.sensitivity("gap"))
+    with ctrl_c_at(asks // 2) as stopped:
+        run.sensitivity("gap_0", "v_0")
     part = stopped.value.result
     assert 0 < part.until < run.final_state.time == whole.until
     m = len(part.stroboscopic)
