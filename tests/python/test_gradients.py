@@ -375,3 +375,25 @@ def test_gradients_of_beams_from_modes():
         for place, (name, value) in enumerate({"gap": 0.3, "drive_frequency": 1.3}.items()):
             expected = fourth_order(function, BEAM, {name: value}, name, **options)
             assert slope[place] == pytest.approx(expected, rel=1e-7, abs=3e-8)
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda x: np.append(x, 5.0),
+        lambda x: np.append([5.0], x),
+        lambda x: np.diff(x, prepend=7.0),
+        lambda x: np.diff(x, append=7.0),
+        lambda x: np.sum(x, initial=3.0),
+        lambda x: np.concatenate([x, [5.0, np.inf]]),
+        lambda x: np.stack([x[0], 5.0]),
+    ],
+)
+def test_constants_beside_numbers_have_no_derivative(function):
+    value, slope = np.array([1.0, 2.0, 4.0]), np.array([[1.0, 0.0], [0.0, 2.0], [1.0, 1.0]])
+    found, h = function(Dual(value, slope)), 0.25
+    for k in range(2):
+        ahead, behind = (function(value + sign * h * slope[:, k]) for sign in (1, -1))
+        finite = np.isfinite(ahead)
+        change = np.where(finite, ahead, 0.0) - np.where(finite, behind, 0.0)
+        assert found.slope[..., k] == pytest.approx(change / (2 * h), abs=1e-14)

@@ -168,14 +168,23 @@ def constant(value: Any, count: int) -> Dual:
 
 
 def linear(function: Callable[..., Any], *args: Any, **options: Any) -> Dual:
-    """Return a function that is linear in all of its Duals, which may lie in a list."""
+    """Return a function that is linear in all of its Duals, which may lie in a list.
+
+    Plain numbers beside them may add a constant, as those that are appended: its derivative is 0.
+    """
     count = next(each.slope.shape[-1] for each in _duals(args))
 
-    def along(k: int | None) -> list[Any]:
-        return [_part(each, k) for each in args]
+    def at(pick: Callable[[Dual], Array]) -> Any:
+        return function(*(_part(each, pick) for each in args), **options)
 
-    value = function(*along(None), **options)
-    columns = [function(*along(k), **options) for k in range(count)]
+    def column(k: int) -> Any:
+        return at(lambda dual: dual.slope[..., k])
+
+    value, added = at(lambda dual: dual.value), at(lambda dual: np.zeros(dual.shape))
+    columns = [column(k) for k in range(count)]
+    if np.any(added):
+        finite = np.isfinite(added)
+        columns = [np.where(finite, each - np.where(finite, added, 0.0), 0.0) for each in columns]
     return Dual(value, np.stack(columns, axis=-1) if columns else np.zeros((*np.shape(value), 0)))
 
 
@@ -187,18 +196,12 @@ def _duals(args: Any) -> Iterator[Dual]:
             yield from _duals(each)
 
 
-def _part(given: Any, k: int | None) -> Any:
-    """Return values for None, or derivatives by the k-th thing."""
+def _part(given: Any, pick: Callable[[Dual], Array]) -> Any:
+    """Return what is picked of Duals, and plain numbers as they are."""
     if isinstance(given, Dual):
-        return given.value if k is None else given.slope[..., k]
+        return pick(given)
     if isinstance(given, list | tuple) and any(True for _ in _duals(given)):
-        # Beside Duals a plain entry is a constant.
-        return [
-            _part(each, k)
-            if isinstance(each, Dual | list | tuple)
-            else (each if k is None else np.zeros(np.shape(each)))
-            for each in given
-        ]
+        return [_part(each, pick) for each in given]
     return given
 
 
