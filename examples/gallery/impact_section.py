@@ -19,10 +19,9 @@ def draw(quick: bool) -> Figure:
         keep=periods - 100,
     )
     figure = new_figure(4.2)
-    ax = vi.plot.impact_section(run, color="regime", size=1.5, legend=False, ax=figure.subplots())
+    vi.plot.impact_section(run, color="regime", size=1.5, legend=False, ax=figure.subplots())
     handles = vi.plot.regime_handles(run.impacts["regime"].tolist(), shapes=False)
     figure.legend(handles=handles, loc="outside upper center", ncols=3)
-    ax.set_ylabel(r"$\dot x_1$ before impact")
     return figure
 
 

@@ -22,11 +22,11 @@ def draw(quick: bool) -> Figure:
     figure = new_figure(5.0)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     vi.plot.bifurcation(diagram, color="label", size=0.8, ax=above)
-    above.set_xlabel("")
     omega = diagram.values
     below.step(omega[:-1], np.diff(omega), where="post", color="black", lw=0.7)
     below.set_yscale("log")
-    below.set_xlabel(r"$\omega$")
+    below.set_xlabel(above.get_xlabel())
+    above.set_xlabel("")
     below.set_ylabel(r"step $\Delta\omega$")
     return figure
 

@@ -54,7 +54,7 @@ class Repeating(FixedArrays, Shown):
         ...                           drive_amplitude=[1], drive_frequency=2.0)
         >>> motion = vi.simulate(oscillator, initial=[[0], [0]], periods=200, keep=50).refine()
         >>> [ax.get_xlabel() for ax in motion.plot()]
-        ['$q_0$', '$t$']
+        ['coordinate $q_0$', 'time $t$']
         """
         axes: list[Axes] = verb("draw")(self, **options)
         return axes

@@ -152,7 +152,7 @@ class RunInSI:
         Examples
         --------
         >>> run.in_si().plot(window=(0.5, 0.6)).get_xlabel()
-        '$t$ (s)'
+        'time $t$ (s)'
         """
         axes: Axes = self.run.plot(**{"units": "SI"} | options)
         return axes

@@ -316,7 +316,7 @@ class RunRecord(Shown, ABC, Generic[MachineT, CoreT, StartT]):
         Examples
         --------
         >>> run.plot(periods=4).get_xlabel()
-        '$t$'
+        'time $t$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

@@ -262,7 +262,7 @@ class StructureSpectrum(FixedArrays, Shown):
         Examples
         --------
         >>> spectrum.plot().get_ylabel()
-        'exponents up to $t$'
+        'Lyapunov exponents up to $t$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

@@ -42,6 +42,9 @@ _MARGIN = 0.25
 # In the panel of shares: another motion, then each motion with its doublings.
 _FAMILY_COLORS = ("white", "0.8", "#F4BE96")
 _FAMILY_NAMES = ("grey", "orange")
+_FAMILY_TEXTS = (BLACK, "0.35", "#B04A00")
+# Letters of a name from which it is long.
+_LONG = 6
 # A larger share has its name inside.
 _NAMED_INSIDE = 0.12
 _FIXED = ("mass_ratio", "frequency_ratio", "restitution", "gap")
@@ -147,9 +150,18 @@ def draw_branches(computed: Coexistence) -> Page:
     )
     plot.branches(computed.branches, diagram=computed.diagram, size=3.5, legend=False, ax=ax)
     _leave_to_the_window(ax, computed)
-    (ax,) = page.row("(b)  the shaded range of (a), around their stable parts", columns=1)
-    plot.branches(computed.windows, diagram=computed.zoom, legend=False, ax=ax)
-    ax.set_xlim(*computed.window)
+    low, high = computed.window
+    between = _crowded_from(computed)
+    left, right = page.row(
+        f"(b)  the shaded range of (a), around their stable parts; right: from {between:.4f} on, "
+        "in a larger scale",
+        widths=(1.0, 1.8),
+    )
+    for ax, ends in ((left, (low, between)), (right, (between, high))):
+        plot.branches(computed.windows, diagram=computed.zoom, size=3.5, legend=False, ax=ax)
+        ax.set_xlim(*ends)
+        ax.locator_params(axis="x", nbins=5)
+    right.set_ylabel("")
     families = ", ".join(
         f"{color}: {label_text(motion.label)} and its period doublings"
         for color, motion in zip(_FAMILY_NAMES, computed.motions, strict=False)
@@ -160,13 +172,22 @@ def draw_branches(computed: Coexistence) -> Page:
         columns=1,
     )
     _draw_shares(ax, computed)
-    for part in page.figure.subfigs:
-        part.get_axes()[0].set_xlabel(r"drive frequency $\omega$")
+    ax.set_xlabel(right.get_xlabel())
     handles = plot.branch_handles(computed.branches, names=True)
     for handle, motion, branch in zip(handles, computed.motions, computed.branches, strict=False):
         handle.set_label(_branch_text(motion, branch))
     page.legend(handles)
     return page
+
+
+def _crowded_from(computed: Coexistence) -> float:
+    """Return the frequency in the window beyond which its bifurcations lie close together."""
+    low, high = computed.window
+    found = {each.value for branch in computed.windows for each in branch.bifurcations}
+    values = np.array([low, *sorted(value for value in found if low < value < high)])
+    place = int(np.diff(values).argmax()) if len(values) > 1 else 0
+    after = values[min(place + 1, len(values) - 1)]
+    return float(after - 0.1 * (high - after))
 
 
 def _leave_to_the_window(ax: Axes, computed: Coexistence) -> None:
@@ -210,7 +231,17 @@ def _draw_shares(ax: Axes, computed: Coexistence) -> None:
             place = int(run[len(run) // 2])
             inside = share[place] > _NAMED_INSIDE
             height = bottom[place] + 0.5 * share[place] if inside else 1.08
-            ax.text(grid[place], height, label_text(label), ha="center", va="center", fontsize=8)
+            ax.text(
+                grid[place],
+                height,
+                label_text(label),
+                ha="center",
+                va="center",
+                # Above the bars the colour says of which part.
+                color=BLACK if inside else _FAMILY_TEXTS[min(families[label], len(_FAMILY_NAMES))],
+                # Long ones would be wider than a bar.
+                fontsize=8 if len(label) < _LONG else 6.5,
+            )
         bottom = bottom + share
     ax.set_xlim(*computed.window)
     ax.set_ylim(0.0, 1.17)

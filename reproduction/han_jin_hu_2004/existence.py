@@ -55,6 +55,7 @@ _SPACE_HEADING = (
     "(a)  angle $x_{10}$ at the impact of all solutions, over drive frequency $\\omega$ and moment "
     "amplitude $f_1$"
 )
+_ANGLE = "angle $x_{10}$"
 _TICKS = (0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
 _SHOWN = ("mass_ratio", "frequency_ratio", "restitution", "gap")
 
@@ -356,11 +357,12 @@ def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
     """Draw the paper's figure on the left and the corrected one on the right."""
     slices = SLICES[computed.figure]
     page = Page(
-        f"Fig. {computed.figure}: period {computed.n}-1; "
-        f"{values(computed.map.system, _SHOWN)}, undamped, without friction, $f_2 = 0$.\n"
-        "Left: all algebraic solutions, stability by the paper's (45). "
-        "Right: motions only, stability by Floquet multipliers.\n"
-        f"The paper: {claims[0].paper_says}. Found: {claims[0].found}.",
+        f"Fig. {computed.figure}: which period {computed.n}-1 motions exist and are stable; "
+        f"{values(computed.map.system, _SHOWN)}, undamped, $\\mu = f_2 = 0$.\n"
+        "Left: all solutions of the paper's equations, stability by its criterion (45). "
+        "Right: those that are motions, stability by Floquet multipliers.\n"
+        f"On the grid of (b) the paper's criterion gives {claims[0].paper_says}. "
+        f"Found: {claims[0].found}.",
         rows=2 + len(slices),
         row_height=0.0,
         heights=[74.0, 50.0, *[46.0] * len(slices)],
@@ -373,6 +375,10 @@ def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
     by_45 = (criterion.NAME, computed.stable_by_45)
     for ax, verdicts in zip(page.row(_SPACE_HEADING, projection="3d"), (by_45, None), strict=True):
         plot.motion_space(computed.map, criterion=verdicts, every=every, ax=ax)
+        # The heading of the row says what they are.
+        ax.set(xlabel=r"$\omega$", ylabel="$f_1$", zlabel=_ANGLE)
+        for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+            axis.labelpad = -6.0
     for ax, verdicts in zip(
         page.row(
             "(b)  $\\omega$ on a logarithmic scale; coloured: a stable one; grey: unstable ones "
@@ -389,6 +395,7 @@ def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
         stable = criterion.is_stable(criterion.map_eigenvalues(part))
         for ax, verdicts in zip(axes, ((criterion.NAME, stable), None), strict=True):
             plot.motion_branches(part, criterion=verdicts, ax=ax)
+            ax.set_ylabel(_ANGLE)
             _spread_low_frequencies(ax)
         _mark_named(computed, moment, axes)
     handles: list[Artist] = []

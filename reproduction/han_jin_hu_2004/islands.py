@@ -157,8 +157,6 @@ def draw(islands: Islands) -> Page:
     handles = _draw_plane(whole, islands)
     _leave_to_the_part(whole)
     _draw_plane(part, islands)
-    for ax in (whole, part):
-        ax.set(xlabel=r"drive frequency $\omega$", ylabel="moment amplitude $f_1$")
     whole.set_xlim(*FREQUENCY_RANGE)
     whole.set_ylim(0.0, MOMENT_RANGE[1])
     whole.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, ec="0.3", lw=0.5, zorder=4.5))
@@ -167,8 +165,8 @@ def draw(islands: Islands) -> Page:
     page.legend(handles)
     # Places of labels depend on the size of the axes.
     page.figure.draw_without_rendering()
-    for ax in (whole, part):
-        _name(ax, islands.regions)
+    _name(whole, [each for each in islands.regions if not _is_in_the_part(each)])
+    _name(part, islands.regions)
     return page
 
 
@@ -215,7 +213,10 @@ def _leave_to_the_part(ax: Axes) -> None:
 
 
 def _name(ax: Axes, regions: Sequence[StabilityRegion]) -> None:
-    """Write the labels of the regions in view where they cover nothing, the largest first."""
+    """Write the labels of the regions in view where they cover nothing, the largest first.
+
+    Of regions of one label whose borders in view cover each other, one has its name.
+    """
     arcs = [arc for region in regions for arc in region.arcs]
     points = [np.array([point.values for point in arc.points]) for arc in arcs if arc.points]
     curves = [region.border for region in regions]
@@ -229,7 +230,15 @@ def _name(ax: Axes, regions: Sequence[StabilityRegion]) -> None:
         for region in regions
     ]
     order = np.argsort([-mask.sum() for mask in covered], kind="stable").tolist()
+    named: list[int] = []
     for number in order:
+        if any(
+            regions[other].label == regions[number].label
+            and ground.covers(covered[other], covered[number])
+            for other in named
+        ):
+            continue
+        named.append(number)
         place = ground.place(covered[number], np.sum(covered, axis=0) > covered[number])
         if place is None:
             continue
@@ -246,6 +255,13 @@ def _name(ax: Axes, regions: Sequence[StabilityRegion]) -> None:
             if place.leads_to
             else None,
         )
+
+
+def _is_in_the_part(region: StabilityRegion) -> bool:
+    """Whether a region lies in the range that has its own panel, which has its name, too."""
+    (x0, x1), (y0, y1) = _CROWDED
+    (left, low), (right, high) = region.border.min(axis=0), region.border.max(axis=0)
+    return bool(x0 <= left <= right <= x1 and y0 <= low <= high <= y1)
 
 
 def extents(region: StabilityRegion) -> list[tuple[str, float]]:

@@ -22,6 +22,8 @@ _GAP = 2
 # A label may be so much farther from its region in order to be on free ground.
 _ON_OTHER = 60.0
 _POINTS_PER_INCH = 72.0
+# Curves nearer than so many points look like one; which part of a curve must be that near.
+_NEAR, _MOST = 3, 0.8
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,19 @@ class Ground:
             if 0 <= x < self._columns and 0 <= y < self._rows:
                 mask[y, x] = True
         return mask
+
+    @staticmethod
+    def covers(one: Mask, other: Mask) -> bool:
+        """Return whether most of what is in view of another region is near this one."""
+        if not other.any():
+            return False
+        near = np.zeros_like(one)
+        padded = np.pad(one, _NEAR)
+        rows, columns = one.shape
+        for down in range(2 * _NEAR + 1):
+            for right in range(2 * _NEAR + 1):
+                near |= padded[down : down + rows, right : right + columns]
+        return bool((near & other).sum() >= _MOST * other.sum())
 
     def place(self, region: Mask, others: Mask) -> Place | None:
         """Return the place for the label of a region, and occupy it; None if not in view.

@@ -25,10 +25,19 @@ _MOST_COLUMNS = 6
 _FIXED = ("mass_ratio", "frequency_ratio", "restitution", "gap")
 _VARIED = ("friction", "pendulum_damping", "oscillator_damping")
 _DRIVE = ("moment_amplitude", "force_amplitude")
+# What the symbols mean that stand in headings and along axes; they are the paper's.
+_SYMBOLS = (
+    r"$\bar m$ mass ratio, $\omega_0$ frequency ratio, $r$ restitution, $\delta$ gap, "
+    r"$\mu$ friction, $\zeta_1, \zeta_2$ damping ratios, $f_1, f_2$ amplitudes of moment and force,"
+    "\n"
+    r"$\omega$ drive frequency; $x_1$ angle of the pendulum, $x_2$ displacement of the oscillator; "
+    "$m$-$n$ periodic: $n$ impacts in $m$ drive periods"
+)
+_SYMBOLS_HEIGHT = 8.0
 
 
 class Page:
-    """A figure that is filled row by row.
+    """A figure that is filled row by row, under a heading and the meaning of the symbols.
 
     Parameters
     ----------
@@ -46,11 +55,11 @@ class Page:
         self, heading: str, rows: int, row_height: float, heights: Sequence[float] | None = None
     ) -> None:
         heights = heights or [row_height] * rows
-        height = sum(heights) + 14.0
+        height = sum(heights) + 14.0 + _SYMBOLS_HEIGHT
         self.figure = Figure(
             figsize=(WIDTH_MM / _INCH_MM, height / _INCH_MM), dpi=_DPI, layout="constrained"
         )
-        self.figure.suptitle(heading, x=0.012, ha="left")
+        self.figure.suptitle(f"{heading}\n{_SYMBOLS}", x=0.012, ha="left")
         self._rows: list[SubFigure] = list(
             self.figure.subfigures(rows, 1, squeeze=False, height_ratios=heights)[:, 0]
         )

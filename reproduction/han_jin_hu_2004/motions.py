@@ -183,6 +183,8 @@ def _section(ax: Axes, item: Shown, run: Run, color: Color) -> None:
     else:
         ax.collections[0].set_color(_LATER_COLOR)
         plot.impact_section(run, size=_LARGE, ax=ax)
+    ax.set_xlabel("$x_1$ at impact")
+    ax.set_ylabel(r"$\dot x_1$ before impact")
     if item.motion.id in _ENLARGED and item.long_run is not None:
         _enlarge(ax, item.long_run, _ENLARGED[item.motion.id], color)
 

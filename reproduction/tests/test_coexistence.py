@@ -257,9 +257,17 @@ def axes_of(page) -> list:
 
 def test_the_page_of_branches_holds_branches_diagram_and_shares(computed):
     page = coexistence.draw_branches(computed)
-    whole, window, shares = axes_of(page)
-    assert window.get_xlim() == shares.get_xlim() == computed.window
-    for ax, branches in ((whole, computed.branches), (window, computed.windows)):
+    whole, left, right, shares = axes_of(page)
+    assert shares.get_xlim() == computed.window
+    # Side by side they are the window; the right one is wider for its range.
+    assert left.get_xlim()[1] == right.get_xlim()[0]
+    assert (left.get_xlim()[0], right.get_xlim()[1]) == computed.window
+    assert np.ptp(right.get_xlim()) < np.ptp(left.get_xlim())
+    for ax, branches in (
+        (whole, computed.branches),
+        (left, computed.windows),
+        (right, computed.windows),
+    ):
         graze = next(line for line in ax.lines if line.get_gid() == "grazing").get_xdata()
         wanted = {item.value for branch in branches for item in branch.of_kind("grazing")}
         if ax is whole:

@@ -52,9 +52,11 @@ def test_the_page_shows_borders_labels_and_the_path(found):
     for region in found.regions:
         for arc in region.arcs:
             assert {round(float(x), 9) for x in arc.values[:, 0]} <= drawn
-    assert sorted(text.get_text() for text in ax.texts) == sorted(
-        region.label for region in found.regions
-    )
+    # A name for each region but those of the rectangle, or one for several that cover each other.
+    inside = [region for region in found.regions if islands._is_in_the_part(region)]
+    names = [text.get_text() for text in ax.texts]
+    assert {*names} == {each.label for each in found.regions if each not in inside}
+    assert len(names) <= len(found.regions) - len(inside)
     # No label covers another, leaves its panel, or lies on a border.
     page.figure.draw_without_rendering()
     for panel in (ax, part):

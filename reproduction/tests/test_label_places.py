@@ -35,6 +35,18 @@ def test_a_wide_region_has_its_label_in_the_middle(ax):
     assert place.leads_to is None
 
 
+def test_curves_that_look_like_one_cover_each_other(ax):
+    ground = Ground(ax, [], [], LABEL)
+    line = ground.along(np.array([[10.0, 20.0], [190.0, 20.0]]))
+    near = ground.along(np.array([[10.0, 22.0], [100.0, 22.0]]))
+    away = ground.along(np.array([[10.0, 30.0], [100.0, 30.0]]))
+    assert ground.covers(line, near)
+    # The longer one goes on where there is nothing of the shorter.
+    assert not ground.covers(near, line)
+    assert not ground.covers(line, away)
+    assert not ground.covers(line, np.zeros_like(line))
+
+
 def test_a_label_inside_keeps_off_marks_and_curves(ax):
     mark, curve = np.array([[70.0, 60.0]]), np.array([[20.0, 50.0], [120.0, 50.0]])
     x, y = placed(ax, rectangle(20, 120, 30, 90), marks=[mark], curves=[curve]).at

@@ -205,6 +205,6 @@ def test_expected_errors_of_numbers_of_a_function():
 def test_a_fit_of_a_structure_is_drawn():
     found = vi.fit(measured("a_2", 0.01), CHAIN, unknown=["gap_0"], initial=REST[3])
     top, bottom = found.plot()
-    assert top.get_ylabel() == r"$\ddot q_{2}$"
-    assert bottom.get_xlabel() == "$t$"
+    assert top.get_ylabel() == r"acceleration $\ddot q_{2}$"
+    assert bottom.get_xlabel() == "time $t$"
     pyplot.close(top.figure)

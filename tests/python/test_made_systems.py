@@ -265,10 +265,13 @@ def test_pictures_are_labelled_with_the_quantity():
 
     values = np.linspace(14.0, 18.0, 3)
     diagram = vi.bifurcation_diagram(over, initial=START, periods=30, drive_frequency=values)
-    assert vi.plot.bifurcation(diagram).get_xlabel() == r"$\Omega$ (rad/s)"
+    assert vi.plot.bifurcation(diagram).get_xlabel() == r"drive frequency $\Omega$ (rad/s)"
     chart = vi.chart(make, initial=START, periods=30, stiffness=STIFFNESSES, damping=[0, 0.1])
     ax = vi.plot.chart(chart)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$K_2$ (N/m)", "$C_2$ (N s/m)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "stiffness $K_2$ (N/m)",
+        "damping $C_2$ (N s/m)",
+    )
     plt.close("all")
 
 
@@ -302,7 +305,7 @@ def test_a_quantity_that_moves_several_parameters_can_be_followed(motion):
     start = found.motion.initial
     alone = vi.periodic_motion(make(found.value), initial=start, periods=1)
     assert np.abs(alone.multipliers[:2]) == pytest.approx(1.0, abs=1e-9)
-    assert vi.plot.branches(branch).get_xlabel() == "$K_2$ (N/m)"
+    assert vi.plot.branches(branch).get_xlabel() == "stiffness $K_2$ (N/m)"
     plt.close("all")
 
 

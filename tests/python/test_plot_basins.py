@@ -68,7 +68,10 @@ def test_the_legend_names_attractors_with_shares_and_reasons(basins, ax):
     shares = [f"{100 * share:.3g} %" for share in basins.shares]
     assert texts(ax) == [f"4-5, {shares[0]}", f"6-7, {shares[1]}", "bodies overlap"]
     assert ax.patch.get_hatch()
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$x_1$", r"$\dot x_1$")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "position $x_1$ of body 1",
+        r"velocity $\dot x_1$ of body 1",
+    )
 
 
 def test_sections_are_marked_where_they_are(basins, ax):

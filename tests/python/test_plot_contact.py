@@ -195,4 +195,4 @@ def test_the_part_of_time_in_contact_is_the_diagrams(diagram, ax):
     assert np.array_equal(parameter, diagram.parameter)
     assert np.array_equal(fraction, diagram.contact_fraction)
     assert fraction[0] > 0.2
-    assert (ax.get_xlabel(), ax.get_ylim()[0]) == (r"$\omega$", 0.0)
+    assert (ax.get_xlabel(), ax.get_ylim()[0]) == (r"drive frequency $\omega$", 0.0)

@@ -215,7 +215,7 @@ def test_other_bodies_are_refused(rough, bodies):
 
 def test_a_wall_at_rest_has_no_portrait_of_its_own(wall_run, ax):
     vi.plot.phase_portrait(wall_run, ax=ax)
-    assert ax.get_xlabel() == "$x_1$"
+    assert ax.get_xlabel() == "position $x_1$ of body 1"
 
 
 def test_legends_name_the_curves_unless_told_otherwise(rough):

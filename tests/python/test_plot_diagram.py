@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 import vibroimpact as vi
 from changed import with_columns
 from vibroimpact._core import PARAMETERS
+from vibroimpact.plot.axis_names import PARAMETER_SYMBOLS
 from vibroimpact.plot.labels import LABEL_STYLES, UNRESOLVED, label_handles
-from vibroimpact.plot.style import PARAMETER_SYMBOLS, legend_above
+from vibroimpact.plot.style import legend_above
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +61,7 @@ def test_black_points_are_the_impacts(diagram, ax):
     drawn = np.asarray(points(ax).get_offsets())
     assert np.array_equal(drawn, np.column_stack([diagram.impact_parameter, diagram.x1]))
     assert points(ax).get_facecolor().tolist() == [[0.0, 0.0, 0.0, 1.0]]
-    assert ax.get_xlabel() == r"$\omega$"
+    assert ax.get_xlabel() == r"drive frequency $\omega$"
     # No point lies on the frame.
     assert ax.get_xlim() == pytest.approx((1.397, 1.703))
     assert points(ax).get_rasterized()
@@ -175,7 +176,7 @@ def test_the_stroboscopic_section_names_its_drive_phase(ax, diagram, phase, sect
         drive_frequency=[1.4, 1.5],
     )
     vi.plot.bifurcation(shifted, section="stroboscopic", ax=ax)
-    assert ax.get_ylabel() == rf"$x_1$ once per drive period, at $\psi = {text}$"
+    assert ax.get_ylabel() == rf"position $x_1$ of body 1 once per drive period, at $\psi = {text}$"
 
 
 def test_a_section_over_the_phase_itself_is_named_by_its_symbol(ax, diagram):
@@ -184,7 +185,10 @@ def test_a_section_over_the_phase_itself_is_named_by_its_symbol(ax, diagram):
         diagram.system, initial=start, periods=4, keep=2, phase=[0.0, 1.0]
     )
     vi.plot.bifurcation(over, section="stroboscopic", value="v2", ax=ax)
-    assert ax.get_ylabel() == r"$\dot x_2$ once per drive period, at $\psi = \varphi$"
+    assert (
+        ax.get_ylabel()
+        == r"velocity $\dot x_2$ of body 2 once per drive period, at $\psi = \varphi$"
+    )
 
 
 def test_styles_are_those_of_the_regimes_and_all_differ():

@@ -38,7 +38,7 @@ def test_a_combination_is_its_row():
 def test_a_history_of_a_difference_meets_the_stop_between_two_bodies(ax):
     run = masses_run()
     vi.plot.time_history(run, coordinates=["q_0-q_1", 1], periods=4, ax=ax)
-    assert ax.get_ylabel() == r"$q_0 - q_1,\ q_1$"
+    assert ax.get_ylabel() == r"coordinates $q_0 - q_1,\ q_1$"
     time, between = line(ax, "$q_0 - q_1$")
     q = run.trajectory(time)[:, 0]
     assert between == pytest.approx(q[:, 0] - q[:, 1], abs=1e-12)
@@ -57,7 +57,10 @@ def test_a_history_of_a_difference_meets_the_stop_between_two_bodies(ax):
 def test_a_portrait_of_a_difference_is_that_of_both(ax):
     run = masses_run()
     vi.plot.phase_portrait(run, coordinates="q_0-q_1", periods=4, ax=ax)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$q_0 - q_1$", r"$\dot q_0 - \dot q_1$")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "coordinates $q_0 - q_1$",
+        r"velocities $\dot q_0 - \dot q_1$",
+    )
     x, y = line(ax, r"$q_0 - q_1,\ \dot q_0 - \dot q_1$")
     for place in range(2):
         other = Figure().subplots()
@@ -71,13 +74,13 @@ def test_a_portrait_of_a_difference_is_that_of_both(ax):
 def test_sections_of_differences(ax):
     run = masses_run()
     vi.plot.stroboscopic(run, x="q_0-q_1", y="v_0 - v_1", ax=ax)
-    assert ax.get_ylabel() == r"$\dot q_0 - \dot q_1$ once per drive period"
+    assert ax.get_ylabel() == r"velocities $\dot q_0 - \dot q_1$ once per drive period"
     rows = run.stroboscopic
     expected = np.column_stack([rows[:, 0, 0] - rows[:, 0, 1], rows[:, 1, 0] - rows[:, 1, 1]])
     assert np.array_equal(ax.collections[0].get_offsets(), expected)
     other = Figure().subplots()
     vi.plot.impact_section(run, x="phase", y="v_post_1-v_post_0", ax=other)
-    assert other.get_ylabel() == r"$\dot q_1 - \dot q_0$ after impact"
+    assert other.get_ylabel() == r"velocities $\dot q_1 - \dot q_0$ after impact"
     drawn = np.concatenate([each.get_offsets()[:, 1] for each in other.collections])
     after = run.impacts["v_post"]
     assert sorted(drawn) == sorted(after[:, 1] - after[:, 0])
@@ -104,7 +107,7 @@ def test_diagrams_and_branches_of_differences(ax):
     motion = vi.simulate(MIRRORED, initial=REST[2], periods=600, keep=50).refine()
     branch = motion.follow(drive_frequency=(1.25, 1.35))
     vi.plot.branches(branch, value="q_0-q_1", section="stroboscopic", diagram=None, ax=ax)
-    assert ax.get_ylabel().startswith("$q_0 - q_1$")
+    assert ax.get_ylabel().startswith("coordinates $q_0 - q_1$")
     paths = [path.vertices[:, 1] for each in ax.collections for path in each.get_paths()]
     drawn = np.concatenate(paths)
     for piece in branch.pieces:
@@ -115,7 +118,7 @@ def test_diagrams_and_branches_of_differences(ax):
 def test_a_periodic_motion_of_a_difference():
     motion = vi.simulate(MIRRORED, initial=REST[2], periods=600, keep=50).refine()
     portrait, history = vi.plot.orbit(motion, coordinates=["q_0-q_1"])
-    assert portrait.get_xlabel() == history.get_ylabel() == "$q_0 - q_1$"
+    assert portrait.get_xlabel() == history.get_ylabel() == "coordinates $q_0 - q_1$"
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,10 @@ def test_phase_portrait_jumps_from_pre_to_post_velocity(run, ax):
 def test_phase_portrait_of_one_body(run, ax):
     vi.plot.phase_portrait(run, bodies=(1,), ax=ax)
     assert len(ax.get_lines()) == 1
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x_1$", r"$\dot x_1$")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "position $x_1$ of body 1",
+        r"velocity $\dot x_1$ of body 1",
+    )
 
 
 def test_impacts_are_marked_with_their_regime(run, ax):
@@ -102,7 +105,7 @@ def test_gap_is_closed_at_impacts_only(run, ax):
     hits = np.isin(time, run.impacts["time"])
     assert np.abs(gap[hits]).max() < 1e-13
     assert gap[~hits].max() < 0.0
-    assert ax.get_ylabel() == r"$\sin x_1-x_2-\delta$"
+    assert ax.get_ylabel() == r"gap function $\sin x_1-x_2-\delta$"
 
 
 def test_displacements_are_the_trajectory(run, ax):
@@ -151,7 +154,7 @@ def test_direct_contact_has_its_own_gap(initial, ax):
     time, gap = (np.asarray(data) for data in ax.get_lines()[1].get_data())
     x1, _, x2, _ = run.trajectory(time).T
     assert np.allclose(gap, x1 - x2 - 0.5, rtol=0, atol=1e-12)
-    assert ax.get_ylabel() == r"$x_1-x_2-\delta$"
+    assert ax.get_ylabel() == r"gap function $x_1-x_2-\delta$"
 
 
 def test_a_constant_load_has_no_periods(system, initial, ax):

@@ -99,7 +99,7 @@ def test_a_branch_is_drawn_through_all_its_points(branches, ax, section):
                 continue  # a point is no line
             for value, row in zip(piece.values, x1, strict=True):
                 assert all((value, x) in ends for x in row)
-    assert ax.get_xlabel() == r"$\omega$"
+    assert ax.get_xlabel() == r"drive frequency $\omega$"
 
 
 def test_solid_lines_are_stable_and_end_at_bifurcations(branches, ax):
@@ -159,12 +159,14 @@ def test_every_bifurcation_has_its_own_mark(branches, ax, section):
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts[:2] == ["4-6, 4-5", "6-7, 6-8"]
     assert {"saddle-node", "grazing", "regime border", "Neimark-Sacker"} < set(texts)
-    assert not any("neutral" in text for text in texts)
+    neutral = any(branch.of_kind("neutral_saddle") for branch in branches)
+    assert neutral
+    assert "neutral saddle (no bifurcation)" in texts
 
 
 def test_kinds_of_bifurcations_differ_without_colour():
     shapes = [style.marker for style in BIFURCATION_STYLES.values()]
-    assert len(shapes) == 13
+    assert len(shapes) == 14
     same = [
         (a, b)
         for a, b in itertools.combinations(BIFURCATION_STYLES.values(), 2)
@@ -394,7 +396,10 @@ def test_curves_lie_in_the_plane_of_their_parameters(branches, ax):
     assert POINT_TEXTS["grazing"] == "meets grazing"
     # A resonance is told by its multipliers.
     assert "multipliers" in POINT_TEXTS["resonance_1_1"]
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\omega$", "$f_1$")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        r"drive frequency $\omega$",
+        "moment amplitude $f_1$",
+    )
 
 
 def test_plots_without_axes_make_a_figure(motions, branches):

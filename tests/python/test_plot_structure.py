@@ -88,7 +88,7 @@ def test_coordinates_are_those_of_the_trajectory(ax):
         assert np.allclose(q, run.trajectory(time)[:, 0, i], rtol=0, atol=1e-12)
     assert time[-1] == run.final_state.time
     assert time[-1] - time[0] == pytest.approx(5 * run.system.drive_period)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$t$", "$q_0,\\ q_1$")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time $t$", "coordinates $q_0,\\ q_1$")
 
 
 def test_a_coordinate_meets_its_stops_at_their_impacts_and_never_crosses_them(run, ax):
@@ -151,12 +151,16 @@ def test_chosen_coordinates_are_drawn_and_by_default_those_with_stops(ax):
     )
     run = vi.simulate(chain, initial=np.zeros((2, 6)), periods=4)
     run.plot(ax=ax)
-    assert ax.get_ylabel() == "$q_0,\\ q_2,\\ q_4,\\ q_5$"
+    assert ax.get_ylabel() == "coordinates $q_0,\\ q_2,\\ q_4,\\ q_5$"
     assert [item.get_gid() for item in ax.get_lines() if item.get_gid()] == ["stop-1"]
     # An impact of two bodies is marked on both.
     rows = run.impacts[run.impacts["stop"] == 0]
     assert line(ax, "stop 0")[1].tolist() == [*rows["q"][:, 4], *rows["q"][:, 5]]
-    for given, drawn in ((3, "$q_3$"), ((5, 1), "$q_5,\\ q_1$"), ([0], "$q_0$")):
+    for given, drawn in (
+        (3, "coordinate $q_3$"),
+        ((5, 1), "coordinates $q_5,\\ q_1$"),
+        ([0], "coordinate $q_0$"),
+    ):
         assert run.plot(coordinates=given, ax=Figure().subplots()).get_ylabel() == drawn
 
 

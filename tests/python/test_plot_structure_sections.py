@@ -75,7 +75,7 @@ def test_regimes_are_coloured_if_asked(ax):
     vi.plot.impact_section(run, color="regime", ax=ax)
     assert len(ax.collections) == len(np.unique(run.impacts["regime"]))
     assert ax.get_ylabel() == "approach velocity $u$"
-    assert ax.get_xlabel() == r"$\psi$ at impact"
+    assert ax.get_xlabel() == r"drive phase $\psi$ at impact"
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_without_a_drive_there_is_no_stroboscopic_section():
     run = vi.simulate(ball, initial=[[-1], [0]], time=3)
     with pytest.raises(vi.ParameterError, match="drive_frequency"):
         vi.plot.stroboscopic(run)
-    assert vi.plot.impact_section(run, ax=Figure().subplots()).get_xlabel() == "$t$"
+    assert vi.plot.impact_section(run, ax=Figure().subplots()).get_xlabel() == "time $t$"
 
 
 @pytest.mark.parametrize("name", RUNS)

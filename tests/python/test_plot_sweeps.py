@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 import vibroimpact as vi
 from changed import with_columns
 from vibroimpact.plot import labels
-from vibroimpact.plot.diagram import IMPACT_VALUES, STROBOSCOPIC_VALUES
+from vibroimpact.plot.axis_names import AT_IMPACT, ONCE_A_PERIOD
 
 START = (0.0, 0.5, 0.0, 0.0)
 FREQUENCIES = np.array([1.8, 1.2, 1.3, 1.5])  # not in order: a chart sorts them
@@ -120,7 +120,10 @@ def test_each_kind_of_label_has_its_own_colour(chart, ax):
 
 def test_axes_are_those_of_the_chart_in_its_order(chart, ax):
     assert vi.plot.chart(chart, ax=ax) is ax
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\omega$", r"$f_1$")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        r"drive frequency $\omega$",
+        "moment amplitude $f_1$",
+    )
     # Cells reach half way to their neighbours, and as far beyond the last.
     assert ax.get_xlim() == pytest.approx((1.15, 1.95), abs=1e-12)
     assert ax.get_ylim() == pytest.approx((0.85, 1.3), abs=1e-12)
@@ -193,7 +196,7 @@ def test_exponents_have_a_scale_with_zero_in_the_middle(chart, ax):
     assert above[0] > above[2]
     assert zero[:3] == pytest.approx([1.0, 1.0, 1.0], abs=0.05)
     (bar,) = [other for other in ax.figure.axes if other is not ax]
-    assert bar.get_ylabel() == r"largest exponent $\lambda_1$"
+    assert bar.get_ylabel() == r"largest Lyapunov exponent $\lambda_1$"
     assert legend(ax) == ["no exponent"]
     assert list(hatched(ax).values()) == [1]
 
@@ -254,7 +257,9 @@ def test_borders_of_other_parameters_are_refused(undamped, region, ax):
         drive_frequency=FREQUENCIES,
     )
     vi.plot.chart(swapped, ax=ax)
-    with pytest.raises(vi.ParameterError, match=r"allowed: curves over \$f_1\$ and \$\\omega\$"):
+    with pytest.raises(
+        vi.ParameterError, match=r"allowed: curves over moment .* and drive frequency"
+    ):
         vi.plot.bifurcation_curves(region, ax=ax)
 
 
@@ -306,7 +311,10 @@ def test_exponents_along_a_parameter(undamped, ax):
         assert band[0] == pytest.approx(found.exponents[order, k] - found.error[order, k])
         assert band[1] == pytest.approx(found.exponents[order, k] + found.error[order, k])
     assert legend(ax) == [rf"$\lambda_{k}$" for k in (1, 2, 3, 4)]
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\omega$", r"exponents $\lambda$")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        r"drive frequency $\omega$",
+        r"Lyapunov exponents $\lambda$",
+    )
 
 
 def error_bands(ax) -> list[np.ndarray]:
@@ -347,22 +355,22 @@ def test_exponents_that_are_minus_infinity_are_marked_at_the_bottom(diagram, ax)
     assert np.isnan(ax.lines[1].get_ydata()).sum() == 2
 
 
-@pytest.mark.parametrize("value", IMPACT_VALUES)
+@pytest.mark.parametrize("value", AT_IMPACT)
 def test_every_observable_of_the_impact_section_is_drawn(diagram, ax, value):
     vi.plot.bifurcation(diagram, value=value, color="branch", ax=ax)
     points = np.asarray(ax.collections[0].get_offsets())
     expected = np.column_stack([diagram.impact_parameter, getattr(diagram, value)])
     assert sorted(points.tolist()) == sorted(expected.tolist())
-    assert ax.get_ylabel() == IMPACT_VALUES[value]
+    assert ax.get_ylabel() == AT_IMPACT[value]
 
 
-@pytest.mark.parametrize(("column", "value"), [*enumerate(STROBOSCOPIC_VALUES)])
+@pytest.mark.parametrize(("column", "value"), [*enumerate(ONCE_A_PERIOD)])
 def test_every_state_of_the_stroboscopic_section_is_drawn(diagram, ax, column, value):
     vi.plot.bifurcation(diagram, section="stroboscopic", value=value, ax=ax)
     points = np.asarray(ax.collections[0].get_offsets())
     expected = [*zip(diagram.stroboscopic_parameter, diagram.stroboscopic[:, column], strict=True)]
     assert sorted(map(tuple, points)) == sorted(expected)
-    assert ax.get_ylabel() == STROBOSCOPIC_VALUES[value]
+    assert ax.get_ylabel() == ONCE_A_PERIOD[value]
 
 
 def test_branches_have_colours_and_names(diagram, ax):

@@ -164,7 +164,10 @@ def test_basins_take_starts_in_si(system, tmp_path):
         system, units="SI", **options, x2=np.linspace(0.0, 0.05, 4), v2=np.linspace(-1.0, 1.0, 4)
     )
     ax = vi.plot.basins(other, sections=True)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x_2$ (m)", r"$\dot x_2$ (m/s)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "position $x_2$ of body 2 (m)",
+        r"velocity $\dot x_2$ of body 2 (m/s)",
+    )
     assert "0 rad, " in ax.get_legend().get_title().get_text()
     marks = [line for line in ax.lines if len(line.get_xdata())]
     sections = next(each.sections for each in other.attractors if each.kind == "periodic")
@@ -183,7 +186,7 @@ def test_a_branch_is_followed_over_a_quantity(system):
     )
     ends = [each.motions[0].system.drive_frequency for each in (branch, plain)]
     assert ends[0] == pytest.approx(ends[1], rel=1e-9)
-    assert vi.plot.branches(branch).get_xlabel() == r"$\Omega$ (rad/s)"
+    assert vi.plot.branches(branch).get_xlabel() == r"drive frequency $\Omega$ (rad/s)"
     with pytest.raises(vi.ParameterError, match="unknown argument x1"):
         vi.follow_motion(motion, units="SI", x1=(0.0, 1.0))
     plt.close("all")
@@ -229,9 +232,12 @@ def test_an_axis_names_the_unit_of_its_quantity(system):
         )
 
     assert label(of(lambda hertz: math.tau * hertz), "drive_frequency", [1.8, 2.0]) == (
-        r"$\Omega/2\pi$ (Hz)"
+        r"drive frequency $\Omega/2\pi$ (Hz)"
     )
-    assert label(of(lambda own: own), "drive_frequency", [11.0, 12.0]) == r"$\Omega$ (rad/s)"
+    assert (
+        label(of(lambda own: own), "drive_frequency", [11.0, 12.0])
+        == r"drive frequency $\Omega$ (rad/s)"
+    )
     # Of another number, whatever its name, no unit is known.
     assert label(of(lambda per_minute: math.tau / 60 * per_minute), "drive_frequency", [110.0]) == (
         "drive_frequency"
@@ -240,7 +246,10 @@ def test_an_axis_names_the_unit_of_its_quantity(system):
         system, initial=START, units="SI", periods=5, stiffness=[35.0, 42.0], damping=[0.0, 0.1]
     )
     ax = vi.plot.chart(chart)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$K_2$ (N/m)", "$C_2$ (N s/m)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "stiffness $K_2$ (N/m)",
+        "damping $C_2$ (N s/m)",
+    )
     sweep = vi.sweep(system, initial=START, units="SI", periods=5, v1=[1.0, 2.0])
-    assert vi.plot.final_states(sweep).get_xlabel() == r"$\dot x_1$ (rad/s)"
+    assert vi.plot.final_states(sweep).get_xlabel() == r"velocity $\dot x_1$ of body 1 (rad/s)"
     plt.close("all")

@@ -145,9 +145,9 @@ def test_a_plane_may_be_of_any_two_coordinates():
         == vi.simulate(chain, initial=basins.run(0, 0).initial, periods=800).label
     )
     ax = basins.plot(sections=True)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$q_2$", r"$\dot q_0$")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("coordinate $q_2$", r"velocity $\dot q_0$")
     names = basins.attractors[0].plot(x="q_1", y="v_2")
-    assert (names.get_xlabel(), names.get_ylabel()) == ("$q_1$", r"$\dot q_2$")
+    assert (names.get_xlabel(), names.get_ylabel()) == ("coordinate $q_1$", r"velocity $\dot q_2$")
 
 
 def test_a_structure_from_all_its_modes_has_the_basins_of_its_matrices():

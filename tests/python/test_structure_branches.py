@@ -416,10 +416,14 @@ def test_a_branch_is_drawn_by_its_sections():
     branch = orbit().follow(drive_frequency=(1.9, 2.2))
     ax = branch.plot()
     assert ax.get_ylabel() == "approach velocity $u$ at impacts"
-    assert ax.get_xlabel() == r"$\omega$"
+    assert ax.get_xlabel() == r"drive frequency $\omega$"
     lines = {each.get_gid() for each in ax.collections} | {each.get_gid() for each in ax.lines}
     assert {"stable", "period_doubling", "grazing"} <= lines
-    assert branch.plot(section="stroboscopic", value="v").get_ylabel().startswith("$\\dot q_0$")
+    assert (
+        branch.plot(section="stroboscopic", value="v")
+        .get_ylabel()
+        .startswith("velocity $\\dot q_0$")
+    )
     for bad, message in (
         ({"value": "x1"}, "approach_velocity, phase"),
         ({"coordinate": 1}, "coordinate"),

@@ -340,11 +340,14 @@ def test_charts_take_two_numbers_of_the_machine():
 
 def test_pictures_have_names_of_structures(chart):
     ax = chart.plot()
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\omega$", "gap of stop 0")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"drive frequency $\omega$", "gap of stop 0")
     ends = vi.sweep(MASSES, initial=REST[2], periods=20, v_1=[0.0, 0.1])
-    assert ends.plot().get_ylabel() == "$q_0$ at the end"
+    assert ends.plot().get_ylabel() == "coordinate $q_0$ at the end"
     ax = ends.plot(value="v_1")
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\dot q_1$", r"$\dot q_1$ at the end")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        r"velocity $\dot q_1$",
+        r"velocity $\dot q_1$ at the end",
+    )
     heights = ax.collections[0].get_offsets()[:, 1]
     assert heights.tolist() == ends.final_states[:, 1, 1].tolist()
     with pytest.raises(vi.ParameterError, match=r"value = 'x1' .*q_0, q_1, v_0, v_1"):

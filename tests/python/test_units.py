@@ -71,7 +71,11 @@ def test_a_motion_is_drawn_in_si(system, orbit):
     for one, other, factor in zip(plain, si, factors, strict=True):
         pairs = zip(drawn_lines([one]), drawn_lines([other]), strict=True)
         assert all(np.allclose(b, a * factor, rtol=1e-13, equal_nan=True) for a, b in pairs)
-    assert [ax.get_xlabel() for ax in si] == ["$x_1$ (rad)", "$x_2$ (m)", "$t$ (s)"]
+    assert [ax.get_xlabel() for ax in si] == [
+        "position $x_1$ of body 1 (rad)",
+        "position $x_2$ of body 2 (m)",
+        "time $t$ (s)",
+    ]
     assert si[2].get_xlim()[1] == pytest.approx(orbit.period * scales.time)
     with pytest.raises(vi.ParameterError, match="scales"):
         vi.plot.orbit(without_scales(orbit), units="SI")
@@ -79,12 +83,12 @@ def test_a_motion_is_drawn_in_si(system, orbit):
 
 
 AXES = {
-    "drive_frequency": ((2.1, 2.2), "frequency", r"$\Omega$ (rad/s)"),
-    "gap": ((0.09, 0.1), "length", r"$\Delta$ (m)"),
-    "restitution": ((0.4, 0.5), None, "$r$"),
-    "force_amplitude": ((0.0, 0.1), "force", "$f_{20}$ (N)"),
-    "static_moment": ((-0.1, 0.0), "energy", "$C_{10}$ (N m)"),
-    "static_force": ((0.0, 0.1), "force", "$F_{20}$ (N)"),
+    "drive_frequency": ((2.1, 2.2), "frequency", r"drive frequency $\Omega$ (rad/s)"),
+    "gap": ((0.09, 0.1), "length", r"gap $\Delta$ (m)"),
+    "restitution": ((0.4, 0.5), None, "restitution $r$"),
+    "force_amplitude": ((0.0, 0.1), "force", "force amplitude $f_{20}$ (N)"),
+    "static_moment": ((-0.1, 0.0), "energy", "static moment $C_{10}$ (N m)"),
+    "static_force": ((0.0, 0.1), "force", "static force $F_{20}$ (N)"),
 }
 
 
@@ -130,7 +134,7 @@ def test_a_diagram_over_a_physical_quantity_has_the_scales_of_each_system():
     assert speeds[0] != speeds[1]
     expected = plain[:, 1] * np.repeat(speeds, 20)
     assert np.allclose(ax.collections[0].get_offsets()[:, 1], expected, rtol=1e-12)
-    assert ax.get_xlabel() == "$K_2$ (N/m)"
+    assert ax.get_xlabel() == "stiffness $K_2$ (N/m)"
     plt.close("all")
 
 
@@ -149,10 +153,10 @@ def test_a_branch_is_drawn_in_si_over_its_diagram(system, orbit):
             assert np.allclose(b, a * factor, rtol=1e-12)
     for one, other in zip(plain.lines, ax.lines, strict=True):
         assert np.allclose(other.get_xydata(), one.get_xydata() * factor, rtol=1e-12)
-    assert ax.get_xlabel() == r"$\Omega$ (rad/s)"
+    assert ax.get_xlabel() == r"drive frequency $\Omega$ (rad/s)"
     assert ax.get_ylabel().endswith("(rad/s)")
     without = vi.Branch(parameter="gap", pieces=(), bifurcations=(), ends=branch.ends)
-    assert vi.plot.branches(without, units="SI", legend=False).get_xlabel() == r"$\delta$"
+    assert vi.plot.branches(without, units="SI", legend=False).get_xlabel() == r"gap $\delta$"
     plt.close("all")
 
 

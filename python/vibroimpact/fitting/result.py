@@ -237,7 +237,7 @@ class Fit(Determined):
         Examples
         --------
         >>> [ax.get_xlabel() for ax in found.plot()]
-        ['', '$t$']
+        ['', 'time $t$']
         """
         axes: list[Axes] = verb("draw")(self, **options)
         return axes

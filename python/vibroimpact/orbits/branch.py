@@ -322,7 +322,7 @@ class Branch(Shown):
         Examples
         --------
         >>> branch.plot().get_xlabel()
-        '$\\omega$'
+        'drive frequency $\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

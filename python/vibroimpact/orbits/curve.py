@@ -148,7 +148,7 @@ class BifurcationCurve(Shown):
         Examples
         --------
         >>> curve.plot().get_xlabel()
-        '$\\omega$'
+        'drive frequency $\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

@@ -93,7 +93,7 @@ class ManifoldSide(FixedArrays, Shown):
         Examples
         --------
         >>> side.plot().get_xlabel()
-        '$x_1$'
+        'position $x_1$ of body 1'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
@@ -186,7 +186,7 @@ class UnstableManifold(FixedArrays, Shown):
         Examples
         --------
         >>> manifold.plot().get_xlabel()
-        '$x_1$'
+        'position $x_1$ of body 1'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

@@ -162,7 +162,7 @@ class StabilityRegion(Shown):
         Examples
         --------
         >>> region.plot().get_xlabel()
-        '$\\omega$'
+        'drive frequency $\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

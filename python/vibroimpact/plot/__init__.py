@@ -6,6 +6,7 @@ dynamics.
 
 from .animation import animation
 from .attractors import attractor, motion_search
+from .axis_names import PARAMETER_SYMBOLS
 from .basins import BASIN_COLORS, basin_handles, basins
 from .bounces import bounces
 from .branches import bifurcation_curves, branch_handles, branches, curve_handles
@@ -33,7 +34,6 @@ from .solutions import (
 )
 from .style import (
     BIFURCATION_STYLES,
-    PARAMETER_SYMBOLS,
     PUBLICATION,
     REGIME_STYLES,
     bifurcation_handles,

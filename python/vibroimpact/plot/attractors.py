@@ -16,19 +16,11 @@ from ..arguments import naming
 from ..orbits import MotionSearch, PeriodicMotion
 from ..sweeps import Attractor
 from ..sweeps.columns import COORDINATES
+from .axis_names import state_name
 from .basins import BASIN_COLORS
 from .given import chosen, expected
 from .structure_orbit import orbit_stretch
-from .style import (
-    BLACK,
-    GREY,
-    STATE_SYMBOLS,
-    curve_legend,
-    label_text,
-    mark_area,
-    new_axes,
-    structure_axis_name,
-)
+from .style import BLACK, GREY, curve_legend, label_text, mark_area, new_axes
 
 # Samples of an orbit in a drive period.
 _SAMPLES = 400
@@ -82,7 +74,7 @@ def attractor(
     >>> grid = [-0.5, 0.0, 0.2]
     >>> basins = vi.basins(system, x1=grid, v1=grid, scouts=20, periods=300)
     >>> vi.plot.attractor(basins.attractors[0], x="x2", y="v2").get_xlabel()
-    '$x_2$'
+    'position $x_2$ of body 2'
     """
     result = expected("result", result, Attractor)
     sections = result.sections.reshape(len(result.sections), -1)
@@ -119,9 +111,9 @@ def attractor(
         label=f"sections of {label_text(result.label)}",
         rasterized=True,
     )
-    symbols = [STATE_SYMBOLS.get(name) or structure_axis_name(name, made=False) for name in names]
-    ax.set_xlabel(symbols[0])
-    ax.set_ylabel(symbols[1])
+    said = [state_name(name) for name in names]
+    ax.set_xlabel(said[0])
+    ax.set_ylabel(said[1])
     curve_legend(ax, legend)
     return ax
 

@@ -14,22 +14,11 @@ from ..scales import COLUMN_UNITS, in_si
 from ..sweeps.basins.results import Basins
 from ..sweeps.fields import STATUS_NAMES
 from ..sweeps.machines import machine_of
+from .axis_names import state_name, state_symbol
 from .given import expected
 from .mesh import edges
 from .parameter_units import with_unit
-from .style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY_BLUE,
-    STATE_SYMBOLS,
-    VERMILLION,
-    legend_above,
-    new_axes,
-    structure_axis_name,
-)
+from .style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION, legend_above, new_axes
 
 YELLOW = "#F0E442"
 # One colour and one mark for each attractor; if the colours do not suffice they repeat with other
@@ -84,7 +73,7 @@ def basins(
     >>> grid = [-0.5, 0.0, 0.2]
     >>> basins = vi.basins(system, x1=grid, v1=grid, scouts=20, periods=300)
     >>> vi.plot.basins(basins).get_xlabel()
-    '$x_1$'
+    'position $x_1$ of body 1'
     """
     basins = expected("basins", basins, Basins)
     ax = new_axes(ax)
@@ -114,8 +103,8 @@ def basins(
     ax.set_xlim(limits[0])
     ax.set_ylim(limits[1])
     is_si = in_si(basins.settings.units)
-    ax.set_xlabel(with_unit(_symbol(first), first, is_si=is_si))
-    ax.set_ylabel(with_unit(_symbol(second), second, is_si=is_si))
+    ax.set_xlabel(with_unit(state_name(first), first, is_si=is_si))
+    ax.set_ylabel(with_unit(state_name(second), second, is_si=is_si))
     if legend:
         handles = basin_handles(basins, sections=sections)
         handles += [
@@ -140,10 +129,6 @@ def basins(
     return ax
 
 
-def _symbol(name: str) -> str:
-    return STATE_SYMBOLS.get(name) or structure_axis_name(name, made=False)
-
-
 def _plane(basins: Basins) -> str:
     """Return the coordinates that all starts share, as text; of many those other than 0."""
     names = machine_of(basins.system).coordinates
@@ -152,7 +137,7 @@ def _plane(basins: Basins) -> str:
     others = [(name, value) for name, value in initial if name not in basins.axes]
     named = others if len(others) <= _MOST_NAMED else [pair for pair in others if pair[1] != 0.0]
     shared = [
-        f"{_symbol(name)} = {value:g}{f' {COLUMN_UNITS[name][1]}' if is_si else ''}"
+        f"{state_symbol(name)} = {value:g}{f' {COLUMN_UNITS[name][1]}' if is_si else ''}"
         for name, value in named
     ]
     rest = ["all others 0"] if len(named) < len(others) else []
@@ -163,7 +148,7 @@ def _plane(basins: Basins) -> str:
 def _marks(basins: Basins) -> str:
     """Say what is marked, and that the marks need not lie in the plane of the starts."""
     names = machine_of(basins.system).coordinates
-    free = [_symbol(name) for name in names if name not in basins.axes]
+    free = [state_symbol(name) for name in names if name not in basins.axes]
     words = ", ".join(free) if len(free) <= _MOST_NAMED else "other coordinates"
     whatever = f", whatever their {words}" if words else ""
     return f"marks: the attractors once per drive period{whatever}"

@@ -9,8 +9,9 @@ from matplotlib.axes import Axes
 
 from ..arguments import naming
 from ..bounces import Bounces
+from .axis_names import STATE_NAMES
 from .given import expected
-from .style import BLACK, ORANGE, STATE_SYMBOLS, curve_legend, mark_area, new_axes
+from .style import BLACK, ORANGE, curve_legend, mark_area, new_axes
 
 
 @naming
@@ -76,7 +77,7 @@ def bounces(
             )
     if moving.any():
         ax.set_yscale("log")
-    ax.set_xlabel("$t$")
-    ax.set_ylabel(STATE_SYMBOLS["approach_velocity"])
+    ax.set_xlabel(STATE_NAMES["time"])
+    ax.set_ylabel(STATE_NAMES["approach_velocity"])
     curve_legend(ax, legend)
     return ax

@@ -15,12 +15,11 @@ from ..orbits.branch import AT_IMPACTS, AT_SECTIONS
 from ..orbits.structure_piece import AT_STOP_SECTIONS, AT_STOPS, StructurePiece
 from ..scales import Units, in_si
 from ..structure import Structure
+from .axis_names import SECTIONS, at_drive_phase
 from .coordinates import Combination, in_section
-from .diagram import section_symbols
 from .given import chosen, usual_value
 from .parameter_units import piece_axis, piece_factors, with_unit
 from .structure_diagram import value_label
-from .style import at_drive_phase
 from .units import AxisUnits
 
 Array = NDArray[np.float64]
@@ -62,7 +61,7 @@ class SystemView:
         # Without a point there is nothing to scale.
         name = branches[0].parameter
         factor, text = piece_axis(name, held[0], is_si=is_si) if held else (1.0, name)
-        label = section_symbols(section)[value]
+        label = SECTIONS[section][value]
         if section == "stroboscopic":
             phases = {system.phase for system in held}
             one = len(phases) == 1 and name != "phase"

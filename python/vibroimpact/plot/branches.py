@@ -23,6 +23,7 @@ from ..scales import Units
 from ..structure import Structure
 from ..sweeps import Diagram
 from ..sweeps.structure_diagram_results import StructureDiagram
+from .axis_names import PARAMETER_SYMBOLS, SECTIONS, axis_name
 from .branch_lines import draw_lines, line_handles, lines_of
 from .branch_views import StructureView, SystemView, View
 from .diagram import bifurcation, no_impact_handles
@@ -31,10 +32,7 @@ from .parameter_units import piece_label
 from .style import (
     BIFURCATION_STYLES,
     BLACK,
-    PARAMETER_SYMBOLS,
     POINT_TEXTS,
-    SECTION_LABELS,
-    axis_name,
     bifurcation_handles,
     bifurcation_marker,
     legend_above,
@@ -54,6 +52,9 @@ _HALO = 1.4
 _SAME_HEIGHT = 1e-6
 # Two pieces meet at a border if its value is that of their ends to this accuracy.
 _SAME_BORDER = 1e-9
+
+# What the axes of a plane of two parameters may be called.
+_PARAMETERS = {axis_name(name, made=False) for name in PARAMETER_SYMBOLS}
 
 
 @naming
@@ -120,7 +121,7 @@ def branches(
     >>> motion = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100).refine()
     >>> branch = motion.follow(drive_frequency=(1.5, 1.9))
     >>> vi.plot.branches(branch, value="v1").get_ylabel()
-    '$\\dot x_1$ before impact'
+    'velocity $\\dot x_1$ of body 1 before impact'
     """
     if not isinstance(branches, Sequence):
         branches = expected("branches", branches, Branch)
@@ -129,7 +130,7 @@ def branches(
     if len(names) > 1:
         reject("branches", sorted(names), "branches over one parameter")
     name = many[0].parameter
-    if section not in SECTION_LABELS:
+    if section not in SECTIONS:
         reject("section", section, "'impact' or 'stroboscopic'")
     size = positive("size", size)
     held = [piece.system for branch in many for piece in branch.pieces]
@@ -245,17 +246,17 @@ def bifurcation_curves(
     >>> found = motion.follow(drive_frequency=(1.5, 1.9)).bifurcations[0]
     >>> curve = vi.bifurcation_curve(found, drive_frequency=(1.4, 1.7), restitution=(0.75, 0.85))
     >>> vi.plot.bifurcation_curves(curve).get_xlabel()
-    '$\\omega$'
+    'drive frequency $\\omega$'
     """
     many = _all_curves(curves)
     planes = {curve.parameters for curve in many}
     if len(planes) > 1:
         reject("curves", sorted(planes), "curves over the same two parameters, in one order")
     size = positive("size", size)
-    symbols = [piece_label(name, many[0].system) for name in many[0].parameters]
+    said = [piece_label(name, many[0].system) for name in many[0].parameters]
     if ax is not None:
         there = [ax.get_xlabel(), ax.get_ylabel()]
-        if set(there) <= set(PARAMETER_SYMBOLS.values()) and there != symbols:
+        if set(there) <= _PARAMETERS and there != said:
             reject("curves", many[0].parameters, f"curves over {there[0]} and {there[1]}")
 
     ax = new_axes(ax)
@@ -284,8 +285,8 @@ def bifurcation_curves(
             marks.set_gid(f"codimension-two-{kind}")
     if legend:
         legend_above(ax, curve_handles(many), columns=3)
-    ax.set_xlabel(symbols[0])
-    ax.set_ylabel(symbols[1])
+    ax.set_xlabel(said[0])
+    ax.set_ylabel(said[1])
     return ax
 
 

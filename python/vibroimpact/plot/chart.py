@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..arguments import naming, positive, reject
 from ..sweeps import Sweep
+from .axis_names import LARGEST_EXPONENT
 from .given import expected
 from .labels import HATCH_GREY, LABEL_STYLES, UNRESOLVED, label_codes, label_handles, label_style
 from .mesh import edges
@@ -77,7 +78,7 @@ def chart(
     ...     periods=200,
     ... )
     >>> vi.plot.chart(chart, color="exponent").get_xlabel()
-    '$\\omega$'
+    'drive frequency $\\omega$'
     """
     chart = expected("chart", chart, Sweep)
     if len(chart.axes) != 2 or not len(chart):
@@ -158,7 +159,7 @@ def _exponents(ax: Axes, chart: Sweep, limit: float | None, legend: bool) -> Non
         below, above = bool((exponent < -limit).any()), bool((exponent > limit).any())
         extend = {(True, False): "min", (False, True): "max", (True, True): "both"}
         bar = ax.figure.colorbar(mesh, ax=ax, extend=extend.get((below, above), "neither"))
-        bar.set_label(r"largest exponent $\lambda_1$")
+        bar.set_label(LARGEST_EXPONENT)
         if none.any():
             patch = Patch(facecolor="white", edgecolor=HATCH_GREY, hatch=_NO_EXPONENT, lw=0.4)
             patch.set_label("no exponent")

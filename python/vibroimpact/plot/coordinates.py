@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..arguments import count, reject
 from ..hints import close_to
 from ..structure import Structure
-from .style import coordinate_symbol
+from .axis_names import coordinate_symbol, of_coordinates
 
 Array = NDArray[np.float64]
 
@@ -65,6 +65,12 @@ class Combination(NamedTuple):
     def met_by(self, normal: Array) -> bool:
         """Whether a stop with this normal acts on one of its coordinates."""
         return any(normal[place] != 0.0 for _, place in self.terms)
+
+
+def axis_of(shown: Sequence[Combination], what: str) -> str:
+    """Return the label of an axis of coordinates "q", or of velocities "v", "v_pre" ..."""
+    several = any(len(each.terms) > 1 for each in shown)
+    return of_coordinates(what, [each.symbol(what) for each in shown], several=several)
 
 
 def single(place: int) -> Combination:

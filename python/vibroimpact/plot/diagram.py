@@ -24,6 +24,7 @@ from ..scales import Units, in_si
 from ..sweeps import Diagram
 from ..sweeps.diagram_results import AnyDiagram
 from ..sweeps.structure_diagram_results import StructureDiagram
+from .axis_names import SECTIONS, at_drive_phase
 from .given import expected, of_structure, of_system, usual_value
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .mesh import strip
@@ -43,12 +44,9 @@ from .style import (
     ORANGE,
     PURPLE,
     REGIME_STYLES,
-    SECTION_LABELS,
     SKY_BLUE,
     SLIDE_STYLE,
-    STATE_SYMBOLS,
     VERMILLION,
-    at_drive_phase,
     curve_legend,
     new_axes,
     phase_axis,
@@ -56,24 +54,6 @@ from .style import (
 )
 
 Array = NDArray[np.float64]
-
-IMPACT_VALUES = {
-    "x1": SECTION_LABELS["impact"],
-    "v1": STATE_SYMBOLS["v1_pre"],
-    "v2": STATE_SYMBOLS["v2_pre"],
-    "phase": STATE_SYMBOLS["phase"],
-    "approach_velocity": STATE_SYMBOLS["approach_velocity"],
-    "energy_loss": STATE_SYMBOLS["energy_loss"],
-}
-"""What can be drawn of the impact section, with its name on the axis."""
-
-STROBOSCOPIC_VALUES = {
-    "x1": SECTION_LABELS["stroboscopic"],
-    "v1": r"$\dot x_1$ once per drive period, at $\psi = 0$",
-    "x2": r"$x_2$ once per drive period, at $\psi = 0$",
-    "v2": r"$\dot x_2$ once per drive period, at $\psi = 0$",
-}
-"""What can be drawn of the stroboscopic section, with its name on the axis where psi = 0."""
 
 _BRANCH_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, SKY_BLUE, ORANGE)
 _RUG_HEIGHT = 0.035
@@ -166,11 +146,11 @@ def bifurcation(
     ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
     ... )
     >>> vi.plot.bifurcation(diagram, section="stroboscopic", value="v1").get_ylabel()
-    '$\\dot x_1$ once per drive period, at $\\psi = 0$'
+    'velocity $\\dot x_1$ of body 1 once per drive period, at $\\psi = 0$'
     """
     if not isinstance(diagram, StructureDiagram):
         diagram = expected("diagram", diagram, Diagram)
-    if section not in SECTION_LABELS:
+    if section not in SECTIONS:
         raise ParameterError(f"section must be 'impact' or 'stroboscopic', not {section!r}")
     drawn = _section(diagram, section, value, coordinate, units)
     by = _color(diagram, section, color)
@@ -232,22 +212,22 @@ def _section(
         found = heights_of_structures(diagram, section, value, coordinate)
         return _Section(*found, 1.0, grid_label(diagram, diagram.parameter_name))
     of_structure(coordinate=coordinate)
-    symbols = section_symbols(section)
+    known = SECTIONS[section]
     if value is None:
         value = usual_value(section, diagram)
-    if not isinstance(value, str) or value not in symbols:
+    if not isinstance(value, str) or value not in known:
         raise ParameterError(
-            f"value must be one of {', '.join(symbols)} on the {section} section, not {value!r}"
+            f"value must be one of {', '.join(known)} on the {section} section, not {value!r}"
         )
     is_si = in_si(units)
     factors = point_factors(diagram, value) if is_si else None
     factor, name = _parameter(diagram, is_si=is_si)
-    offset, text = diagram.offset, symbols[value]
+    offset, text = diagram.offset, known[value]
     if section == "impact":
         heights = np.asarray(getattr(diagram, value))
     else:
         offset, text = diagram.stroboscopic_offset, _stroboscopic(text, diagram)
-        heights = diagram.stroboscopic[:, [*symbols].index(value)]
+        heights = diagram.stroboscopic[:, [*known].index(value)]
     if factors is not None:
         heights = heights * np.repeat(factors, np.diff(offset))
     return _Section(value, heights, with_unit(text, value, is_si=is_si), factor, name)
@@ -270,11 +250,6 @@ def _color(diagram: Diagram | StructureDiagram, section: str, color: Any) -> str
     if isinstance(diagram, StructureDiagram) and section == "impact":
         return "stop" if len(np.unique(diagram.impacts["stop"])) > 1 else None
     return None
-
-
-def section_symbols(section: str) -> dict[str, str]:
-    """Return what can be drawn of a section, with its name on the axis."""
-    return IMPACT_VALUES if section == "impact" else STROBOSCOPIC_VALUES
 
 
 def _stroboscopic(text: str, diagram: Diagram) -> str:
@@ -369,7 +344,7 @@ def contact_fraction(diagram: Diagram | StructureDiagram, *, ax: Axes | None = N
     ...     system, drive_frequency=[1.7, 1.8, 1.9], initial=(0, 0.5, 0, 0), periods=200, keep=50,
     ... )
     >>> vi.plot.contact_fraction(diagram).get_xlabel()
-    '$\\omega$'
+    'drive frequency $\\omega$'
     """
     if not isinstance(diagram, StructureDiagram):
         diagram = expected("diagram", diagram, Diagram)

@@ -6,9 +6,10 @@ from matplotlib.colors import to_rgba_array
 
 from ..arguments import naming, reject
 from ..sweeps import Sweep
+from .axis_names import state_name
 from .labels import LABEL_STYLES, NO_LABEL_COLOR, UNRESOLVED, label_codes, label_handles
 from .parameter_units import grid_label
-from .style import STATE_SYMBOLS, legend_above, new_axes, structure_axis_name
+from .style import legend_above, new_axes
 
 
 @naming
@@ -54,7 +55,7 @@ def final_states(
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> states = vi.sweep(system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200)
     >>> vi.plot.final_states(states, value="x2").get_ylabel()
-    '$x_2$ at the end'
+    'position $x_2$ of body 2 at the end'
     """
     if not isinstance(sweep, Sweep) or len(sweep.axes) != 1:
         reject("sweep", sweep, "a vibroimpact.Sweep over one axis, or over two for plot.chart")
@@ -71,6 +72,6 @@ def final_states(
     if legend and len(codes):
         legend_above(ax, label_handles(np.unique(codes).tolist(), points=True), columns=4)
     ax.set_xlabel(grid_label(sweep, name))
-    symbol = STATE_SYMBOLS.get(value) or structure_axis_name(value, made=False)
-    ax.set_ylabel(f"{symbol} at the end")
+    name = state_name(value)
+    ax.set_ylabel(f"{name} at the end")
     return ax

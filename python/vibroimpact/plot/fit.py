@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from ..arguments import count, naming
 from ..fitting import Fit
 from ..fitting.record import is_heard
+from .axis_names import STATE_NAMES, measured_name
 from .given import expected
 from .style import BLACK, BLUE, GREY, VERMILLION, curve_legend, several_axes
 
@@ -60,7 +61,7 @@ def fit(
     >>> heard = vi.measure(run, "impact_times", noise=0.01)
     >>> found = vi.fit(heard, system, unknown=["restitution"], initial=run.initial)
     >>> [ax.get_xlabel() for ax in vi.plot.fit(found)]
-    ['', '$t$']
+    ['', 'time $t$']
     """
     result = expected("result", result, Fit)
     number = count("record", record, least=0, most=len(result.records) - 1)
@@ -70,10 +71,10 @@ def fit(
     top, bottom = several_axes(axes, 2, (7.1, 4.2), mosaic=[[0], [0], [1]])
     if is_heard(mine.kind):
         measured, expected_ = (np.diff(times, prepend=0.0) for times in (mine.values, predicted))
-        name, style = "interval", "_"
+        name, style = "interval since the one before", "_"
     else:
         measured, expected_ = mine.values, predicted
-        name, style = _symbol(mine.kind), ""
+        name, style = measured_name(mine.kind), ""
     top.plot(mine.times, measured, ".", color=GREY, ms=4.0, label="measured")
     if style:
         top.plot(mine.times, expected_, style, color=BLUE, ms=9.0, mew=1.2, label="fitted machine")
@@ -88,15 +89,8 @@ def fit(
     bottom.plot(mine.times[counted][~far], z[~far], ".", color=BLACK, ms=3.0)
     bottom.plot(mine.times[counted][far], np.clip(z[far], -10.0, 10.0), "x", color=VERMILLION, ms=4)
     bottom.set_ylim(-10.5, 10.5) if far.any() else bottom.set_ylim(-4.2, 4.2)
-    bottom.set_xlabel("$t$")
+    bottom.set_xlabel(STATE_NAMES["time"])
     bottom.set_ylabel(r"residual / $\sigma$")
     bottom.set_xlim(top.get_xlim())
     curve_legend(top, legend)
     return [top, bottom]
-
-
-def _symbol(kind: str) -> str:
-    """Return the symbol of what was measured: a coordinate, its rate, or its acceleration."""
-    letter, place = ("q", kind[2:]) if "_" in kind else ("x", kind[1:])
-    dots = {"v": r"\dot ", "a": r"\ddot "}.get(kind[0], "")
-    return f"${dots}{letter}_{{{place}}}$"

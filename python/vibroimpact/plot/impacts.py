@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..arguments import naming
 from ..impact_results import ImpactAgreement, ImpactRegimes
+from .axis_names import STATE_NAMES
 from .given import expected
 from .style import ANGLE_TICKS, BLACK, GREY, REGIME_STYLES, regime_handles, several_axes
 
@@ -126,8 +127,8 @@ def _map(ax: Axes, result: ImpactRegimes, values: NDArray[Any], **options: Any) 
     ticks = {place: text for place, text in ANGLE_TICKS.items() if low <= place <= high}
     if len(ticks) > 1:
         ax.set_xticks(list(ticks), list(ticks.values()))
-    ax.set_xlabel(r"$x_1$")
-    ax.set_ylabel(r"$\dot x_1/u$")
+    ax.set_xlabel(STATE_NAMES["x1"])
+    ax.set_ylabel(r"velocity / approach velocity, $\dot x_1/u$")
     return mesh
 
 

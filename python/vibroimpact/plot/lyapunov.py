@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..arguments import naming, reject
 from ..structure_motion import StructureSpectrum
 from ..sweeps import Diagram, GridResult, LyapunovSpectrum, LyapunovSweep
+from .axis_names import EXPONENTS, LARGEST_EXPONENT
 from .diagram import branch_color, branch_names
 from .mesh import strip
 from .parameter_units import along_parameter, grid_label
@@ -73,7 +74,7 @@ def lyapunov(
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> spectrum = vi.lyapunov_spectrum(system, initial=(0, 0.5, 0, 0), periods=200)
     >>> vi.plot.lyapunov(spectrum).get_xlabel()
-    '$t$ since the measurement began'
+    'time $t$ since the measurement began'
     """
     if isinstance(result, LyapunovSpectrum | StructureSpectrum):
         ax = new_axes(ax)
@@ -123,8 +124,8 @@ def _convergence(ax: Axes, spectrum: LyapunovSpectrum | StructureSpectrum) -> No
         )
     if len(spectrum.history_time):
         ax.set_xlim(0.0, float(spectrum.history_time[-1]))
-    ax.set_xlabel(r"$t$ since the measurement began")
-    ax.set_ylabel("exponents up to $t$")
+    ax.set_xlabel("time $t$ since the measurement began")
+    ax.set_ylabel("Lyapunov exponents up to $t$")
 
 
 def _style(k: int) -> tuple[str, str, Any]:
@@ -193,7 +194,7 @@ def _along(ax: Axes, curves: _Curves) -> None:
         )
         _mark_infinite(ax, values, np.isneginf(exponent), k, color)
     along_parameter(ax, values, name)
-    ax.set_ylabel(r"exponents $\lambda$" if curves.whole else r"largest exponent $\lambda_1$")
+    ax.set_ylabel(EXPONENTS if curves.whole else LARGEST_EXPONENT)
 
 
 def _mark_infinite(

@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 
 from ..arguments import naming, positive, reject
 from ..orbits import ManifoldSide, PeriodicMotion, UnstableManifold
-from .style import BLACK, BLUE, STATE_SYMBOLS, VERMILLION, legend_above, new_axes
+from .axis_names import STATE_NAMES
+from .style import BLACK, BLUE, VERMILLION, legend_above, new_axes
 
 _STATES = ("x1", "v1", "x2", "v2")
 _COLORS = (BLUE, VERMILLION)
@@ -66,7 +67,7 @@ def manifold(
     >>> saddle = motion.follow(drive_frequency=(1.5, 1.8)).at(drive_frequency=1.55)[0]
     >>> manifold = vi.unstable_manifold(saddle, length=0.5, settle=300)
     >>> vi.plot.manifold(manifold, x="x2", y="v2").get_xlabel()
-    '$x_2$'
+    'position $x_2$ of body 2'
     """
     if not isinstance(result, UnstableManifold | ManifoldSide):
         reject("result", result, "an UnstableManifold, or one of its sides")
@@ -93,8 +94,8 @@ def manifold(
         handles = [*marks, *handles, *_mark_attractors(ax, whole, (first, second), size)]
     if legend:
         legend_above(ax, handles)
-    ax.set_xlabel(STATE_SYMBOLS[x])
-    ax.set_ylabel(STATE_SYMBOLS[y])
+    ax.set_xlabel(STATE_NAMES[x])
+    ax.set_ylabel(STATE_NAMES[y])
     return ax
 
 

@@ -19,6 +19,7 @@ from ..arguments import naming, reject
 from ..run import Run
 from ..scales import Units
 from ..structure_run import StructureRun
+from .axis_names import STATE_SYMBOLS
 from .curve import is_driven, is_one_orbit, orbit_window, sample, tip_symbol
 from .given import bodies_of, chosen, expected, of_structure, of_system, regime_color
 from .history import History
@@ -111,7 +112,7 @@ def time_history(
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
     >>> vi.plot.time_history(run, periods=4).get_xlabel()
-    '$t$'
+    'time $t$'
     """
     chosen("drive", drive, _DRIVES)
     if isinstance(run, StructureRun):
@@ -151,7 +152,7 @@ def time_history(
     history.axes.plot(history.time, face, color=BODY_COLORS[1], lw=0.7, label=f"${tip}$")
     if by_regime:
         history.mark_regimes(history.hits["x2"] * length)
-    return history.finish(drawn.label("x2", rf"${body},\ {tip}$"), legend=legend)
+    return history.finish(drawn.label("x2", rf"positions ${body},\ {tip}$"), legend=legend)
 
 
 def _drive(history: History, motion: Array, *, plain: bool) -> None:
@@ -236,7 +237,7 @@ def phase_portrait(
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
     >>> vi.plot.phase_portrait(run, bodies=1).get_xlabel()
-    '$x_1$'
+    'position $x_1$ of body 1'
     """
     if isinstance(run, StructureRun):
         of_system(bodies=bodies, units=units)
@@ -279,12 +280,8 @@ def phase_portrait(
         if by_regime:
             before = hits[f"v{body}_pre"] * by_v
             mark_regimes(ax, run, hits[f"x{body}"] * by_x, before, curve.impacts)
-    if drawn.is_si:
-        ax.set_xlabel(", ".join(drawn.label(f"x{body}") for body in shown))
-        ax.set_ylabel(", ".join(drawn.label(f"v{body}") for body in shown))
-    else:
-        ax.set_xlabel("$" + r",\ ".join(f"x_{body}" for body in shown) + "$")
-        ax.set_ylabel("$" + r",\ ".join(rf"\dot x_{body}" for body in shown) + "$")
+    ax.set_xlabel(drawn.of_bodies("x", shown))
+    ax.set_ylabel(drawn.of_bodies("v", shown))
     curve_legend(ax, legend)
     return ax
 
@@ -344,7 +341,7 @@ def gap_history(
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
     >>> vi.plot.gap_history(run, periods=4).get_xlabel()
-    '$t$'
+    'time $t$'
     """
     by_regime = regime_color(color)
     history = History(
@@ -362,8 +359,8 @@ def gap_history(
     if by_regime:
         history.mark_regimes(np.zeros(len(history.hits)))
     tip = tip_symbol(run.system)
-    text = rf"$l\,{tip}-X-\Delta$" if drawn.is_si else rf"${tip}-x_2-\delta$"
-    return history.finish(drawn.label("x2", text), legend=legend)
+    symbols = rf"l\,{tip}-X-\Delta" if drawn.is_si else rf"{tip}-x_2-\delta"
+    return history.finish(drawn.label("x2", f"gap function ${symbols}$"), legend=legend)
 
 
 @naming
@@ -421,7 +418,7 @@ def displacement_history(
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
     >>> vi.plot.displacement_history(run, periods=4).get_ylabel()
-    '$x_1,\\ x_2$'
+    'positions $x_1$, $x_2$'
     """
     by_regime = regime_color(color)
     history = History(
@@ -434,9 +431,8 @@ def displacement_history(
     )
     drawn, states = history.units, history.curve.state
     x1, x2 = states[:, 0], states[:, 2] * drawn.factor("x2")
-    history.axes.plot(history.time, x1, color=BODY_COLORS[1], lw=0.6, label=drawn.label("x1"))
-    history.axes.plot(history.time, x2, color=BODY_COLORS[2], lw=1.4, label=drawn.label("x2"))
+    history.axes.plot(history.time, x1, color=BODY_COLORS[1], lw=0.6, label=STATE_SYMBOLS["x1"])
+    history.axes.plot(history.time, x2, color=BODY_COLORS[2], lw=1.4, label=STATE_SYMBOLS["x2"])
     if by_regime:
         history.mark_regimes(history.hits["x2"] * drawn.factor("x2"))
-    text = f"{drawn.label('x1')}, {drawn.label('x2')}" if drawn.is_si else r"$x_1,\ x_2$"
-    return history.finish(text, legend=legend)
+    return history.finish(drawn.of_bodies("x", (1, 2)), legend=legend)

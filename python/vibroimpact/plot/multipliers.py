@@ -121,8 +121,8 @@ def multipliers(
     ax.set_xlim(-limit, limit)
     ax.set_ylim(-limit, limit)
     ax.set_aspect("equal")
-    ax.set_xlabel(r"Re $\lambda$")
-    ax.set_ylabel(r"Im $\lambda$")
+    ax.set_xlabel(r"real part of the multipliers, Re $\lambda$")
+    ax.set_ylabel(r"imaginary part, Im $\lambda$")
     outside = ~(np.maximum(np.abs(drawn.real), np.abs(drawn.imag)) <= limit)
     if outside.any():
         text = f"{np.count_nonzero(outside)} of {len(drawn)} multipliers outside the frame"

@@ -179,7 +179,7 @@ def _history(
     _crosses(ax, hits["time"][separating], hits["x2"][separating], named=True)
     ax.set_xlim(0.0, motion.m * motion.system.drive_period * drawn.factor("time"))
     ax.set_xlabel(drawn.label("time"))
-    ax.set_ylabel(drawn.label("x2", rf"${body},\ {face}$"))
+    ax.set_ylabel(drawn.label("x2", rf"positions ${body},\ {face}$"))
     if not motion.admissible:
         ax.set_title(f"no motion: {motion.why_not}", loc="left", pad=3)
 

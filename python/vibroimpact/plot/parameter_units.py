@@ -27,7 +27,7 @@ from ..sweeps.columns import COORDINATES
 from ..sweeps.grid_machine import START
 from ..sweeps.results import GridResult
 from ..system import System
-from .style import PARAMETER_SYMBOLS, axis_name, structure_axis_name
+from .axis_names import PARAMETER_SYMBOLS, axis_name, structure_axis_name, worded
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,8 @@ def quantity_label(name: str, points: Iterable[tuple[float, System]]) -> str:
         if pairs and all(
             math.isclose(factor * value, own, rel_tol=_SAME, abs_tol=1e-300) for value, own in pairs
         ):
-            return f"{symbol} ({sign})" if sign else symbol
+            said = worded(name, symbol)
+            return f"{said} ({sign})" if sign else said
     return axis_name(name, made=True)
 
 
@@ -147,7 +148,7 @@ def parameter_axis(name: str, system: System, *, is_si: bool) -> tuple[float, st
         if system.mass_ratio == 0.0:
             reject("mass_ratio", 0.0, f"a number > 0 for {name} in N: a wall has no mass")
         factor /= system.mass_ratio
-    return factor, f"{symbol} ({sign})"
+    return factor, f"{worded(name, symbol)} ({sign})"
 
 
 # Part of the range of a parameter to either side of it, so that no point lies on the frame.

@@ -17,6 +17,7 @@ from ..run import Run
 from ..scales import Units
 from ..structure_run import StructureRun
 from ..sweeps.columns import COORDINATES
+from .axis_names import STATE_NAMES
 from .curve import is_driven
 from .given import (
     chosen,
@@ -29,15 +30,7 @@ from .given import (
 )
 from .marks import REGIME_MARKS, draw_section, name_section
 from .structure_portrait import structure_impact_section, structure_stroboscopic
-from .style import (
-    BLACK,
-    STATE_SYMBOLS,
-    curve_legend,
-    mark_area,
-    new_axes,
-    regimes_found,
-    show_around,
-)
+from .style import BLACK, curve_legend, mark_area, new_axes, regimes_found, show_around
 from .units import AxisUnits
 
 # Counts that span at least this factor are drawn over logarithmic axes.
@@ -118,7 +111,7 @@ def impact_section(
         draw_section(ax, across, up, regimes, REGIME_MARKS, area)
     else:
         ax.scatter(across, up, s=area, color=BLACK, linewidths=0, rasterized=True)
-    texts = [STATE_SYMBOLS.get(name, name.replace("_", " ")) for name in (x, y)]
+    texts = [STATE_NAMES.get(name, name.replace("_", " ")) for name in (x, y)]
     name_section(ax, (x, y), [drawn.label(*named) for named in zip((x, y), texts, strict=True)])
     # Those of the legend can be seen, however small the points are.
     curve_legend(ax, legend, regimes_found(regimes.tolist()) if by_regime else [])
@@ -171,7 +164,7 @@ def stroboscopic(
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=100)
     >>> vi.plot.stroboscopic(run, x="x2", y="v2").get_xlabel()
-    '$x_2$ once per drive period'
+    'position $x_2$ of body 2 once per drive period'
     """
     if isinstance(run, StructureRun):
         of_system(units=units)
@@ -197,7 +190,7 @@ def stroboscopic(
     )
     show_around(ax, "x")
     show_around(ax, "y")
-    said = [drawn.label(name, f"{STATE_SYMBOLS[name]} once per drive period") for name in names]
+    said = [drawn.label(name, f"{STATE_NAMES[name]} once per drive period") for name in names]
     ax.set_xlabel(said[0])
     ax.set_ylabel(said[1])
     return ax
@@ -257,6 +250,6 @@ def impact_count(run: Run, *, ax: Axes | None = None) -> Axes:
         ax.xaxis.set_major_locator(MaxNLocator(nbins="auto", integer=not timed))
         for one in (ax.xaxis, ax.yaxis):
             one.set_major_formatter(ScalarFormatter(useOffset=False))
-    ax.set_xlabel(STATE_SYMBOLS["time"] if timed else "drive periods")
+    ax.set_xlabel(STATE_NAMES["time"] if timed else "drive periods")
     ax.set_ylabel("impacts so far")
     return ax

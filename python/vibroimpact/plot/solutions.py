@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 
 from ..arguments import naming
 from ..single_impact import MotionMap
+from .axis_names import axis_name
 from .given import expected
 from .parameter_units import along_parameter
-from .style import ANGLE_TICKS, BLACK, BLUE, PARAMETER_SYMBOLS, VERMILLION, new_axes
+from .style import ANGLE_TICKS, BLACK, BLUE, VERMILLION, new_axes
 
 _PALE = "0.62"
 _NOTHING = "1.0"
@@ -33,7 +34,7 @@ _UNSTABLE = "0.72"
 _LEGEND_SCALE = 1.8
 # How much smaller they are in three dimensions, where many lie on one another.
 _SPACE_SCALE = 0.8
-X10 = r"$x_{10}$"
+X10 = "position $x_{10}$ of body 1 at impact"
 # A criterion's name, and for each solution whether it calls it stable.
 Criterion = tuple[str, NDArray[np.bool_]]
 
@@ -138,7 +139,7 @@ def motion_branches(
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> solutions = vi.motion_map(system, drive_frequency=[1.6, 1.8, 2.0])
     >>> vi.plot.motion_branches(solutions).get_xlabel()
-    '$\\omega$'
+    'drive frequency $\\omega$'
     """
     (name,) = _names(result, 1)
     ax = new_axes(ax)
@@ -151,7 +152,7 @@ def motion_branches(
             label=kind.text,
             **kind.marker,
         )
-    along_parameter(ax, result.grid[name], PARAMETER_SYMBOLS[name])
+    along_parameter(ax, result.grid[name], axis_name(name, made=False))
     ax.set_ylabel(X10)
     _angles(ax)
     return ax
@@ -205,7 +206,7 @@ def motion_space(
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> solutions = vi.motion_map(system, drive_frequency=[1.7, 1.8], moment_amplitude=[0.9, 1.0])
     >>> vi.plot.motion_space(solutions).get_xlabel()
-    '$\\omega$'
+    'drive frequency $\\omega$'
     """
     names = _names(result, 2)
     if ax is None:
@@ -228,9 +229,9 @@ def motion_space(
             rasterized=True,
             **kind.marker,
         )
-    ax.set_xlabel(PARAMETER_SYMBOLS[names[0]], labelpad=-4)
-    ax.set_ylabel(PARAMETER_SYMBOLS[names[1]], labelpad=-4)
-    ax.set_zlabel(X10, labelpad=-8)
+    ax.set_xlabel(axis_name(names[0], made=False), labelpad=0)
+    ax.set_ylabel(axis_name(names[1], made=False), labelpad=0)
+    ax.set_zlabel(X10, labelpad=0)
     ax.tick_params(pad=-2)
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 2, 5, 10]))
@@ -275,7 +276,7 @@ def stability_map(
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> solutions = vi.motion_map(system, drive_frequency=[1.7, 1.8], moment_amplitude=[0.9, 1.0])
     >>> vi.plot.stability_map(solutions).get_xlabel()
-    '$\\omega$'
+    'drive frequency $\\omega$'
     """
     names = _names(result, 2)
     ax = new_axes(ax)
@@ -294,8 +295,8 @@ def stability_map(
     ax.pcolormesh(
         x, y, level.T, cmap=colors, vmin=-0.5, vmax=2.5, shading="nearest", rasterized=True
     )
-    ax.set_xlabel(PARAMETER_SYMBOLS[names[0]])
-    ax.set_ylabel(PARAMETER_SYMBOLS[names[1]])
+    ax.set_xlabel(axis_name(names[0], made=False))
+    ax.set_ylabel(axis_name(names[1], made=False))
     return ax
 
 

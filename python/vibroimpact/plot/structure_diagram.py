@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from ..sweeps.structure_diagram_results import StructureDiagram
-from .coordinates import Combination, in_section
+from .coordinates import Combination, axis_of, in_section
 from .style import STOPS
 
 Array = NDArray[np.float64]
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 _IMPACT_VALUES = {
     "approach_velocity": "approach velocity $u$ at impacts",
     "phase": r"drive phase $\psi$ at impacts",
-    "impulse_normal": "impulse $P$ of impacts",
+    "impulse_normal": "normal impulse $P$ of impacts",
     "energy_loss": "energy loss of impacts",
 }
 # Columns of single numbers, and of N.
@@ -69,4 +69,4 @@ def value_label(section: str, value: str, part: Combination | None) -> str:
     if part is None:
         return _IMPACT_VALUES[value]
     when = "once per drive period" if section == "stroboscopic" else "at impacts"
-    return f"${part.symbol(value)}$ {when}"
+    return f"{axis_of([part], value)} {when}"

@@ -22,7 +22,8 @@ from ..arguments import reject
 from ..stop import Stop
 from ..structure import Structure
 from ..structure_run import StructureRun
-from .coordinates import Combination, multiple_of, named, single
+from .axis_names import STATE_NAMES
+from .coordinates import Combination, axis_of, multiple_of, named, single
 from .curve import Curve, sample, times_within
 from .given import regime_color
 from .marks import ContactSpan, draw_bands, draw_regimes
@@ -125,8 +126,8 @@ def draw_history(
     else:
         mark_stops(ax, hits["stop"], hits["time"], heights)
     ax.set_xlim(float(curve.time[0]), float(curve.time[-1]))
-    ax.set_xlabel("$t$")
-    ax.set_ylabel("$" + r",\ ".join(i.symbol("q") for i in shown) + "$")
+    ax.set_xlabel(STATE_NAMES["time"])
+    ax.set_ylabel(axis_of(shown, "q"))
 
 
 def coordinate_style(place: int) -> dict[str, Any]:

@@ -22,16 +22,7 @@ from ..showing import counted
 from ..stop import Stop, row_words
 from ..structure import Structure
 from . import parts
-from .style import (
-    BLACK,
-    BODY_COLORS,
-    GREEN,
-    ORANGE,
-    STOPS,
-    legend_above,
-    new_axes,
-    several_axes,
-)
+from .style import BLACK, BODY_COLORS, GREEN, ORANGE, STOPS, legend_above, new_axes, several_axes
 
 Array = NDArray[np.float64]
 

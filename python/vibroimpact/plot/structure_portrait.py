@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from ..structure_run import StructureRun
 from ..tables import Table
-from .coordinates import Combination, asked
+from .axis_names import STATE_NAMES
+from .coordinates import Combination, asked, axis_of
 from .curve import is_driven, orbit_window, sample
 from .given import regime_color, sectioned
 from .marks import REGIME_MARKS, Mark, draw_path, draw_regimes, draw_section, name_section
@@ -26,16 +27,7 @@ from .structure_history import (
     mark_stops,
     shown_coordinates,
 )
-from .style import (
-    BLACK,
-    STATE_SYMBOLS,
-    STOPS,
-    curve_legend,
-    mark_area,
-    new_axes,
-    regimes_found,
-    show_around,
-)
+from .style import BLACK, STOPS, curve_legend, mark_area, new_axes, regimes_found, show_around
 
 Array = NDArray[np.float64]
 
@@ -82,8 +74,8 @@ def draw_portrait(
             draw_regimes(ax, struck["regime"], *before, named=place == 0)
         else:
             mark_stops(ax, struck["stop"], *before, named=place == 0)
-    ax.set_xlabel("$" + r",\ ".join(i.symbol("q") for i in shown) + "$")
-    ax.set_ylabel("$" + r",\ ".join(i.symbol("v") for i in shown) + "$")
+    ax.set_xlabel(axis_of(shown, "q"))
+    ax.set_ylabel(axis_of(shown, "v"))
 
 
 def structure_stroboscopic(
@@ -103,7 +95,7 @@ def structure_stroboscopic(
     ax.scatter(across, up, s=area, color=BLACK, linewidths=0, rasterized=True)
     for axis, (column, part) in zip("xy", drawn, strict=True):
         show_around(ax, axis)
-        ax.set(**{f"{axis}label": f"{_symbol(column, part)} once per drive period"})
+        ax.set(**{f"{axis}label": f"{_name(column, part)} once per drive period"})
     return ax
 
 
@@ -130,7 +122,7 @@ def structure_impact_section(
     found = [int(number) for number in np.unique(of)]
     stops = {number: Mark(*STOPS[number % len(STOPS)], f"stop {number}") for number in found}
     draw_section(ax, across, up, of, REGIME_MARKS if by_regime else stops, area)
-    name_section(ax, [name for name, _ in columns], [_symbol(*column) for column in columns])
+    name_section(ax, [name for name, _ in columns], [_name(*column) for column in columns])
     handles = [
         Line2D([], [], ls="none", color=color, marker=marker, label=text)
         for color, marker, text in stops.values()
@@ -155,9 +147,9 @@ def _of(values: NDArray[Any], part: Combination | None) -> Array:
     return values if part is None else part.of(values)
 
 
-def _symbol(column: str, part: Combination | None) -> str:
-    """Return the symbol of a column on an axis."""
+def _name(column: str, part: Combination | None) -> str:
+    """Return the name of a column on an axis."""
     if part is None:
-        return STATE_SYMBOLS.get(column, column.replace("_", " "))
+        return STATE_NAMES.get(column, column.replace("_", " "))
     when = {"v_pre": " before impact", "v_post": " after impact"}.get(column, "")
-    return f"${part.symbol('q' if column == 'q' else 'v')}${when}"
+    return f"{axis_of([part], 'q' if column == 'q' else 'v')}{when}"

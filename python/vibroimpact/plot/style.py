@@ -4,7 +4,7 @@ Impact regimes have colours of their own. Each two of them differ in lightness a
 that they stay apart for readers with any of the common colour vision deficiencies and in grey
 print (a test measures by how much); where markers are large enough to have a shape, the shape shows
 the regime as well. All else is drawn in the palette of Okabe and Ito (Color Universal Design,
-2008). Symbols are those of the notation page.
+2008). What axes are called is in `axis_names`.
 """
 
 import math
@@ -20,9 +20,8 @@ from matplotlib.axes import Axes
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
-from .._core import PARAMETERS, Regime
+from .._core import Regime
 from ..arguments import flag, naming, positive, reject
-from ..stop import numbered
 
 BLACK = "#000000"
 ORANGE = "#E69F00"
@@ -102,6 +101,8 @@ BIFURCATION_STYLES = {
     "saddle_node": BifurcationStyle("saddle-node", BLACK, "o"),
     "period_doubling": BifurcationStyle("period doubling", VERMILLION, "^", (6, 1.5)),
     "neimark_sacker": BifurcationStyle("Neimark-Sacker", BLUE, "*", (6, 1.5, 1, 1.5)),
+    # Of lines only: nothing bifurcates there.
+    "neutral_saddle": BifurcationStyle("neutral saddle (no bifurcation)", GREY, "1"),
     "branch_point": BifurcationStyle("branch point", "white", "P"),
     "grazing": BifurcationStyle("grazing", "white", "s", (3, 1)),
     "regime_border": BifurcationStyle("regime border", SKY_BLUE, "d", (1, 1)),
@@ -127,59 +128,6 @@ POINT_TEXTS = {kind: f"meets {style.text}" for kind, style in BIFURCATION_STYLES
 }
 """What is met at a point of codimension two of a curve; resonances are told by their multipliers,
 with the name that books give them in brackets."""
-
-PARAMETER_SYMBOLS = {name: f"${parameter.latex}$" for name, parameter in PARAMETERS.items()}
-
-
-def axis_name(name: str, *, made: bool) -> str:
-    """Return the label of an axis: the symbol of what is varied, or the name of the argument of the
-    function that makes the systems.
-    """  # noqa: D205
-    symbols = STATE_SYMBOLS if made else PARAMETER_SYMBOLS | STATE_SYMBOLS
-    return symbols.get(name, name)
-
-
-def structure_axis_name(name: str, *, made: bool) -> str:
-    """Return the label of an axis of structures: numbers of stops in words, numbers of a start."""
-    one = numbered(name)
-    if one and one.what in ("q", "v"):
-        return f"${coordinate_symbol(one.what, one.place)}$"
-    if made:
-        return name
-    if one:
-        return f"{one.what} of stop {one.place}"
-    return name if name in ("gap", "restitution", "friction") else PARAMETER_SYMBOLS.get(name, name)
-
-
-def coordinate_symbol(what: str, place: int) -> str:
-    """Return the symbol of a coordinate of a structure: "q", or its velocity "v", "v_pre" ..."""
-    index = f"{{{place}}}" if place > 9 else f"{place}"
-    sign = {"v_pre": "^-", "v_post": "^+"}.get(what, "")
-    return f"q_{index}" if what == "q" else rf"\dot q_{index}{sign}"
-
-
-STATE_SYMBOLS = {
-    "x1": r"$x_1$",
-    "v1": r"$\dot x_1$",
-    "x2": r"$x_2$",
-    "v2": r"$\dot x_2$",
-    "v1_pre": r"$\dot x_1$ before impact",
-    "v1_post": r"$\dot x_1$ after impact",
-    "v2_pre": r"$\dot x_2$ before impact",
-    "v2_post": r"$\dot x_2$ after impact",
-    "phase": r"$\psi$ at impact",
-    "time": r"$t$",
-    "approach_velocity": r"approach velocity $u$",
-    "energy_loss": r"energy loss $E - E_{+}$",
-    "impulse_normal": r"normal impulse $P$",
-    "impulse_tangential": "tangential impulse",
-}
-
-SECTION_LABELS = {
-    "impact": r"$x_1$ at impact",
-    "stroboscopic": r"$x_1$ once per drive period, at $\psi = 0$",
-}
-"""The angle drawn in a bifurcation diagram, by its section; `at_drive_phase` for other phases."""
 
 ANGLE_TICKS = {
     -math.pi / 2: r"$-\pi/2$",
@@ -229,21 +177,6 @@ def publication_style() -> Iterator[None]:
     settings: Any = PUBLICATION  # matplotlib 3.11 types the keys as literals, 3.10 as str
     with matplotlib.rc_context(settings):
         yield
-
-
-def at_drive_phase(text: str, phase: float | None) -> str:
-    """Return a name of the stroboscopic section with the drive phase at which it is taken.
-
-    Parameters
-    ----------
-    text : str
-        Name for phase 0.
-    phase : float or None
-        Drive phase in radians; None where it is varied.
-    """
-    if phase is None:
-        return text.replace(r"\psi = 0", r"\psi = \varphi")
-    return text.replace(r"\psi = 0", rf"\psi = {phase % (2.0 * math.pi):.4g}")
 
 
 @naming
@@ -368,7 +301,7 @@ def bifurcation_handles(kinds: Iterable[str], *, prefix: str = "") -> list[Artis
 def bifurcation_marker(kind: str, size: float = 4.5) -> dict[str, Any]:
     """Return the arguments of `Axes.plot` that mark a bifurcation of this kind."""
     style = BIFURCATION_STYLES[kind]
-    larger = 1.5 if style.marker == "*" else 1.0
+    larger = 1.5 if style.marker in "*1" else 1.0
     return {
         "linestyle": "none",
         "marker": style.marker,

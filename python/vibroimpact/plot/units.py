@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +12,8 @@ from ..run import Run
 from ..run_in_si import times_of_run
 from ..scales import COLUMN_UNITS, Scales, Units, chosen
 from ..system import System
+from .axis_names import STATE_NAMES, of_bodies
 from .curve import shown_window
-from .style import STATE_SYMBOLS
 
 Array = NDArray[np.float64]
 
@@ -63,7 +64,15 @@ class AxisUnits:
         return start, end
 
     def label(self, column: str, text: str | None = None) -> str:
-        """Return the label of an axis for a column, by default its symbol, with its unit in SI."""
-        said = STATE_SYMBOLS.get(column, column) if text is None else text
+        """Return the label of an axis for a column, by default its name, with its unit in SI."""
+        said = STATE_NAMES.get(column, column) if text is None else text
+        return f"{said}{self._sign(column)}"
+
+    def of_bodies(self, what: str, bodies: Sequence[int]) -> str:
+        """Return the label of an axis of positions "x" or velocities "v" of some bodies."""
+        return of_bodies(what, {body: self._sign(f"{what}{body}") for body in bodies})
+
+    def _sign(self, column: str) -> str:
+        """Return the sign of the unit of a column in brackets; nothing where there is none."""
         sign = COLUMN_UNITS.get(column, ("", ""))[1]
-        return f"{said} ({sign})" if self.is_si and sign else said
+        return f" ({sign})" if self.is_si and sign else ""

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 
 from ..arguments import naming
 from ..verification import Verification
+from .axis_names import STATE_NAMES
 from .given import expected
 from .style import BLACK, BLUE, GREY, ORANGE, VERMILLION, curve_legend, new_axes
 
@@ -64,7 +65,7 @@ def verification(result: Verification, *, legend: bool = True, ax: Axes | None =
     if result.horizon is not None:
         ax.axvline(result.horizon.time, color=VERMILLION, lw=0.8, label="horizon")
     ax.set_ylim(0.0, 17.0)
-    ax.set_xlabel("$t$")
+    ax.set_xlabel(STATE_NAMES["time"])
     ax.set_ylabel("right digits")
     curve_legend(ax, legend)
     return ax

@@ -341,7 +341,7 @@ class MotionMap(FixedArrays, Shown):
         Examples
         --------
         >>> solutions.plot().get_xlabel()
-        '$\\omega$'
+        'drive frequency $\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

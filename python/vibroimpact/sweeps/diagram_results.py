@@ -130,7 +130,7 @@ class AnyDiagram(GridResult, ABC, Generic[RunT]):
         Examples
         --------
         >>> diagram.plot().get_xlabel()
-        '$\\omega$'
+        'drive frequency $\\omega$'
         """
         return super().plot(**options)
 

@@ -139,7 +139,7 @@ class LyapunovSpectrum(FixedArrays, Shown):
         Examples
         --------
         >>> spectrum.plot().get_xlabel()
-        '$t$ since the measurement began'
+        'time $t$ since the measurement began'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

@@ -248,7 +248,7 @@ class GridResult(Shown):
         ...     system, drive_frequency=[1.7, 1.8], initial=(0, 0.5, 0, 0), periods=200,
         ... )
         >>> states.plot().get_xlabel()
-        '$\\omega$'
+        'drive frequency $\\omega$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

@@ -32,6 +32,7 @@ _MARKERS = {
     "saddle_node": ("circle", "○"),
     "period_doubling": ("triangle", "△"),
     "neimark_sacker": ("star", "☆"),
+    "neutral_saddle": ("y", "Y"),
     "branch_point": ("plus", "✛"),
     "grazing": ("square", "□"),
     "regime_border": ("diamond", "◇"),

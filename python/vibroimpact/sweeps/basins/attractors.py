@@ -136,7 +136,7 @@ class Attractor(Shown):
         Examples
         --------
         >>> attractor.plot().get_xlabel()
-        '$x_1$'
+        'position $x_1$ of body 1'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes

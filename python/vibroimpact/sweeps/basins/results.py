@@ -255,7 +255,7 @@ class Basins(FixedArrays, Shown):
         Examples
         --------
         >>> basins.plot().get_xlabel()
-        '$x_1$'
+        'position $x_1$ of body 1'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
