@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -376,9 +377,9 @@ def draw(computed: Existence, claims: Sequence[Claim]) -> Page:
     for ax, verdicts in zip(page.row(_SPACE_HEADING, projection="3d"), (by_45, None), strict=True):
         plot.motion_space(computed.map, criterion=verdicts, every=every, ax=ax)
         # The heading of the row says what they are.
-        ax.set(xlabel=r"$\omega$", ylabel="$f_1$", zlabel=_ANGLE)
-        for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-            axis.labelpad = -6.0
+        space: Any = ax
+        for name, symbol in (("x", r"$\omega$"), ("y", "$f_1$"), ("z", _ANGLE)):
+            getattr(space, f"set_{name}label")(symbol, labelpad=-6.0)
     for ax, verdicts in zip(
         page.row(
             "(b)  $\\omega$ on a logarithmic scale; coloured: a stable one; grey: unstable ones "
