@@ -42,7 +42,7 @@ def pegs(ax) -> list[tuple[float, float]]:
     found = [
         (each.get_x(), each.get_x() + each.get_width())
         for each in ax.patches
-        if isinstance(each, Rectangle) and each.get_hatch() is None and each.get_width() < 0.2
+        if isinstance(each, Rectangle) and each.get_gid() == "peg"
     ]
     return sorted(found)
 
@@ -74,7 +74,7 @@ def test_springs_are_the_entries_of_the_stiffness(ax):
     # Between the two, and from the first one to the frame: the second has k_11 = k_12 only.
     assert springs(ax) == 2
     assert blocks(ax) == [0.0, 1.0]
-    assert {"$q_{0}$", "$q_{1}$", "stop 0\n0.2", "stop 1\n0.5"} <= {*texts(ax)}
+    assert {"$q_{0}$", "$q_{1}$", "stop 0\ngap 0.2", "stop 1\ngap 0.5"} <= {*texts(ax)}
     chain = 2.0 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
     for stiffness, count in (
         (chain, 5),  # three between neighbours, one at either end
@@ -88,6 +88,31 @@ def test_springs_are_the_entries_of_the_stiffness(ax):
     ring = Figure().subplots()
     vi.Structure(np.eye(4), chain + np.fliplr(np.diag([-1, 0, 0, -1])), []).plot(ax=ring)
     assert sum(isinstance(each, FancyArrowPatch) for each in ring.patches) == 1
+
+
+def test_springs_to_the_frame_lie_along_the_motion(ax):
+    chain = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+    chain[1, 1] += 1.0
+    vi.Structure(np.eye(3), chain, [], damping=0.1 * np.eye(3)).plot(ax=ax)
+    ends = [
+        [(x[0], y[0]), (x[-1], y[-1])]
+        for x, y in (line.get_data() for line in ax.get_lines() if line.get_gid() == "spring")
+    ]
+    assert all(start[1] == end[1] for start, end in ends)
+    # Beside both ends of the row, and above the block between.
+    assert min(x for pair in ends for x, _ in pair) < -0.5
+    assert max(x for pair in ends for x, _ in pair) > 2.5
+    assert sorted({y > 0.2 for pair in ends for _, y in pair}) == [False, True]
+    assert "damping is not drawn" in texts(ax)
+
+
+def test_what_meets_has_the_colour_of_its_stop(ax):
+    MIRRORED.plot(ax=ax)
+    (peg,) = pegs(ax)
+    for number, side in ((0, peg[1]), (1, peg[0])):
+        color = to_rgb(STOPS[number][0])
+        xs = {float(e.get_xdata()[0]) for e in ax.get_lines() if to_rgb(e.get_color()) == color}
+        assert xs == {side, *faces(ax, number)}
 
 
 def test_gaps_are_in_one_scale_and_close_with_the_motion(ax):
@@ -112,7 +137,7 @@ def test_walls_stand_on_the_side_where_they_are_met(ax):
     # A normal of 2 is met at half of the gap.
     moving = Figure().subplots()
     MOVING.plot(ax=moving)
-    assert {"stop 0\n0.3", "stop 1\n0.4"} <= {*texts(moving)}
+    assert {"stop 0\ngap 0.6\nmet at 0.3", "stop 1\ngap 0.4"} <= {*texts(moving)}
     # It moves, and the other does not.
     assert len(arrows(moving, STOPS[0][0])) == 1
     assert not arrows(moving, STOPS[1][0])
@@ -145,7 +170,11 @@ def test_what_has_no_place_in_a_row_is_told(ax):
     vi.Structure(np.eye(3), np.eye(3), stops).plot(ax=ax)
     said = [text for text in texts(ax) if text.startswith("stop")]
     minus = "\N{MINUS SIGN}"
-    assert said == [f"stop 0: q₀ {minus} q₂", f"stop 1: {minus}q₀ + q₁", "stop 2: q₀ + q₁"]
+    assert said == [
+        f"stop 0: q₀ {minus} q₂ = 0.2 at contact",
+        f"stop 1: {minus}q₀ + q₁ = 0.2 at contact",
+        "stop 2: q₀ + q₁ = 1 at contact",
+    ]
     many = vi.Structure(np.eye(20), np.eye(20), [vi.Stop(row, 0.1, 1) for row in np.eye(20)])
     row = many.plot()
     assert len(blocks(row)) == 12

@@ -1,9 +1,10 @@
 """The sketch of a structure: masses, springs, stops and loads, or the shapes of given modes.
 
 Coordinates stand in a row as if all were displacements along one line. A spring joins two of them
-where K has an entry, k = -K_ij, and one holds a coordinate where its row of K has a sum other than
-0. A stop is a wall beside a coordinate, or two plates between two bodies; displacements and gaps
-are in one scale, lengths of blocks and springs mean nothing.
+where K has an entry, k = -K_ij, and one joins a coordinate to the frame where its row of K has a
+sum other than 0: at the ends of the row beside it, elsewhere above it. A stop is a buffer below a
+body and a wall that stands on the frame, or two buffers between neighbours; what meets has the
+colour of the stop. Displacements and gaps are in one scale, lengths of blocks and springs mean nothing.
 """
 
 from __future__ import annotations
@@ -33,10 +34,13 @@ _HALF, _TALL = 0.2, 0.2
 # The largest displacement or gap that is drawn to scale, and how far any is drawn.
 _REACH, _FARTHEST = 0.16, 0.22
 # Heights: of the springs between neighbours and to the frame, of drive and constant load.
-_BESIDE, _FRAME, _DRIVE, _LOAD = 0.09, 0.62, -0.13, 0.13
-# Of the first stop under a block, of each one more, and of plates between neighbours.
-_FIRST, _NEXT, _PLATES = -0.42, -0.56, -0.1
-_PEG, _WALL, _WALL_TALL = 0.06, 0.04, 0.2
+_BESIDE, _ABOVE, _DRIVE, _LOAD = 0.09, 0.38, -0.13, 0.13
+# How far the frame is from a block at an end of the row, and from the post above one.
+_END, _POST = 0.75, 0.45
+# Of the first stop under a block, of each one more, and of buffers between neighbours.
+_FIRST, _NEXT, _BETWEEN = -0.42, -0.66, -0.1
+# Half the size of a buffer; the width and height of a wall, and the foot on which it stands.
+_BUFFER, _WALL, _WALL_TALL, _FOOT = 0.06, 0.06, 0.2, 0.13
 # An entry of K below this part of the largest of its row is rounding.
 _NO_SPRING = 1e-12
 _LOADS: dict[str, Any] = {"lw": 1.4, "mutation_scale": 10}
@@ -67,7 +71,7 @@ class _Row:
         self._drawn = sorted(order[:_MOST].tolist())
         self._x = {i: float(place) for place, i in enumerate(self._drawn)}
         self._unit = self._scale()
-        self._lowest = _FIRST
+        self._lowest, self._highest = _FIRST, _ABOVE + 0.13
         self._said: list[str] = []
         self._left_out = 0
         self._pegs: set[tuple[int, float]] = set()
@@ -108,8 +112,7 @@ class _Row:
             least = _NO_SPRING * float(np.abs(stiffness[i]).max())
             own = float(stiffness[i].sum())
             if abs(own) > least:
-                self._spring((self._x[i], _FRAME), (self._at(i), _TALL))
-                parts.fixed(self._ax, (self._x[i] - 0.14, _FRAME), (self._x[i] + 0.14, _FRAME))
+                self._to_the_frame(place, i)
             for other, j in enumerate(self._drawn[place + 1 :], place + 1):
                 if abs(stiffness[i, j]) <= least:
                     continue
@@ -118,6 +121,19 @@ class _Row:
                     self._spring(*ends)
                 else:
                     self._far_spring(i, j)
+
+    def _to_the_frame(self, place: int, i: int) -> None:
+        """Draw the spring of one coordinate alone, along the line of motion as the others."""
+        side = -1.0 if place == 0 else 1.0
+        if place in (0, len(self._drawn) - 1):
+            frame, y, end = self._x[i] + side * _END, _BESIDE, self._at(i) + side * _HALF
+        else:
+            frame, y, end = self._x[i] - _POST, _ABOVE, self._at(i)
+            self._ax.plot((end, end), (_TALL, y), color=BLACK, lw=1.6, zorder=1)
+        self._spring((frame, y), (end, y))
+        ends = (frame, y - 0.13), (frame, y + 0.13)
+        # Hatched on the side away from the block.
+        parts.fixed(self._ax, *(ends if frame < end else ends[::-1]))
 
     def _spring(self, start: parts.Point, end: parts.Point) -> None:
         """Draw a spring between two points."""
@@ -135,10 +151,11 @@ class _Row:
 
     def _far_spring(self, i: int, j: int) -> None:
         """Draw a spring between bodies that are no neighbours, as an arc above the others."""
+        self._highest = max(self._highest, _TALL + 0.6)
         bend = -min(0.5, 0.9 / (self._x[j] - self._x[i]))
         arc = FancyArrowPatch(
-            (self._at(i) + 0.5 * _HALF, _TALL),
-            (self._at(j) - 0.5 * _HALF, _TALL),
+            (self._at(i) + 0.6 * _HALF, _TALL),
+            (self._at(j) - 0.6 * _HALF, _TALL),
             arrowstyle="-",
             connectionstyle=f"arc3,rad={bend}",
             color=parts.FRAME,
@@ -181,9 +198,10 @@ class _Row:
                 levels[met[0], right] += 1
                 self._wall(number, stop, met[0], right, _FIRST + _NEXT * level)
             elif self._are_neighbours(stop, met):
-                self._plates(number, stop, met[0], met[1])
+                self._buffers(number, stop, met[0], met[1])
             else:
-                self._said.append(f"stop {number}: {row_words(stop.normal)}")
+                words = f"stop {number}: {row_words(stop.normal)} = {stop.gap:.3g} at contact"
+                self._said.append(words)
 
     def _are_neighbours(self, stop: Stop, met: list[int]) -> bool:
         """Whether a stop is met as the first of two bodies comes nearer to the next one."""
@@ -192,60 +210,77 @@ class _Row:
         return bool(stop.normal[met[0]] > 0.0 > stop.normal[met[1]])
 
     def _wall(self, number: int, stop: Stop, i: int, right: bool, y: float) -> None:
-        """Draw a peg under a block, and the wall that it meets."""
+        """Draw a buffer under a block, and the wall that it meets."""
         ax, side = self._ax, 1.0 if right else -1.0
         color = STOPS[number % len(STOPS)][0]
         x = self._at(i)
         if (i, y) not in self._pegs:
             self._pegs.add((i, y))
             ax.plot((x, x), (-_TALL, y), color=BLACK, lw=1.6, zorder=1)
-            corner = (x - _PEG, y - _PEG)
-            look: dict[str, Any] = {"fc": parts.BODY, "ec": BLACK, "lw": 1.0, "zorder": 2}
-            ax.add_patch(Rectangle(corner, 2 * _PEG, 2 * _PEG, **look))
+            self._buffer(x, y, "peg")
+        struck = x + side * _BUFFER
+        ax.plot((struck, struck), (y - _BUFFER, y + _BUFFER), color=color, lw=1.8, zorder=3)
         away = _limited(self._unit * max(_gap(stop) - side * float(self._q[i]), 0.0), far=0.3)
-        face = x + side * (_PEG + away)
+        face = struck + side * away
         bottom = y - 0.5 * _WALL_TALL
-        hatched: dict[str, Any] = {"fc": "none", "ec": parts.FRAME, "hatch": "////", "lw": 0.0}
         left = face if right else face - _WALL
-        ax.add_patch(Rectangle((left, bottom), _WALL, _WALL_TALL, **hatched))
-        (line,) = ax.plot((face, face), (bottom, bottom + _WALL_TALL), color=color, lw=1.8)
+        # A wall and its foot, which is fixed.
+        solid: dict[str, Any] = {"fc": parts.GHOST, "ec": parts.FRAME, "lw": 0.8, "zorder": 1}
+        ax.add_patch(Rectangle((left, bottom - _FOOT), _WALL, _WALL_TALL + _FOOT, **solid))
+        floor = bottom - _FOOT
+        parts.fixed(ax, (left + _WALL + 0.06, floor), (left - 0.06, floor))
+        (line,) = ax.plot(
+            (face, face), (bottom, bottom + _WALL_TALL), color=color, lw=1.8, zorder=3
+        )
         line.set_gid(f"stop-{number}")
         if stop.amplitude != 0.0:
             above = bottom + _WALL_TALL + 0.05
             ends = (face - 0.09, above), (face + 0.09, above)
             parts.arrow(ax, *ends, color, **{**_TO_AND_FRO, "lw": 1.0, "mutation_scale": 8})
-        self._name(number, stop, (face + side * 0.5 * _WALL, bottom - 0.03))
+        self._name(number, stop, (face + side * 0.5 * _WALL, floor - 0.07))
         self._lowest = min(self._lowest, y)
 
-    def _plates(self, number: int, stop: Stop, i: int, j: int) -> None:
-        """Draw the plates of two neighbours that meet."""
+    def _buffer(self, x: float, y: float, gid: str) -> None:
+        """Draw a buffer around its centre."""
+        corner = (x - _BUFFER, y - _BUFFER)
+        look: dict[str, Any] = {"fc": parts.BODY, "ec": BLACK, "lw": 1.0, "zorder": 2}
+        self._ax.add_patch(Rectangle(corner, 2 * _BUFFER, 2 * _BUFFER, gid=gid, **look))
+
+    def _buffers(self, number: int, stop: Stop, i: int, j: int) -> None:
+        """Draw the buffers of two neighbours that meet."""
         ax, color = self._ax, STOPS[number % len(STOPS)][0]
         left, right = self._at(i) + _HALF, self._at(j) - _HALF
         away = self._unit * max(_gap(stop) - float(stop.normal @ self._q) / _size(stop), 0.0)
         away = min(_limited(away, far=0.3), right - left)
         middle = 0.5 * (left + right)
-        for start, face in ((left, middle - 0.5 * away), (right, middle + 0.5 * away)):
-            ax.plot((start, face), (_PLATES, _PLATES), color=BLACK, lw=1.6, zorder=1)
-            ends = (_PLATES - 0.07, _PLATES + 0.07)
-            (line,) = ax.plot((face, face), ends, color=color, lw=1.8)
+        for start, side in ((left, -1.0), (right, 1.0)):
+            face = middle + side * 0.5 * away
+            ax.plot((start, face), (_BETWEEN, _BETWEEN), color=BLACK, lw=1.6, zorder=1)
+            self._buffer(face + side * _BUFFER, _BETWEEN, "buffer")
+            ends = (_BETWEEN - _BUFFER, _BETWEEN + _BUFFER)
+            (line,) = ax.plot((face, face), ends, color=color, lw=1.8, zorder=3)
             line.set_gid(f"stop-{number}")
-        self._name(number, stop, (middle, _PLATES - 0.1))
+        self._name(number, stop, (middle, _BETWEEN - 0.1))
 
     def _name(self, number: int, stop: Stop, place: parts.Point) -> None:
-        """Write the number of a stop and its gap below it."""
-        words = f"stop {number}\n{_gap(stop):.3g}"
+        """Write the number of a stop and its gap below it, and where it is met if that differs."""
+        words = f"stop {number}\ngap {stop.gap:.3g}"
+        if _size(stop) != 1.0:
+            words += f"\nmet at {_gap(stop):.3g}"
         look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 7, "linespacing": 1.0}
         self._ax.text(*place, words.replace("-", "\N{MINUS SIGN}"), **look)
 
     def _words(self) -> None:
         """Say what is not drawn, and set the limits of the picture."""
-        left, right = -0.75, len(self._drawn) - 0.25
-        bottom = self._lowest - 0.45
+        left, right = -_END - 0.1, len(self._drawn) - 1.0 + _END + 0.1
+        bottom = self._lowest - 0.65
+        if np.any(self._structure.damping) or np.any(self._structure.damping_ratios):
+            self._said.append("damping is not drawn")
         for words in self._said[:_MOST]:
             self._ax.text(left + 0.1, bottom, words, fontsize=7, color="0.3", va="top")
             bottom -= 0.14
         self._ax.set_xlim(left, right)
-        self._ax.set_ylim(bottom, _FRAME + 0.22)
+        self._ax.set_ylim(bottom, self._highest + 0.1)
 
 
 class _Shapes:
