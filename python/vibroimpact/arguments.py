@@ -352,7 +352,15 @@ def starts(initial: Any, count: int, name: str = "initial") -> NDArray[np.float6
 
 
 def axis(name: str, values: Any) -> NDArray[np.float64]:
-    """Return the values of an axis of a grid: a ``vector`` of at least one."""
+    """Return the values of an axis of a grid: a ``vector`` of at least one.
+
+    A pair in a tuple is refused: where motions are followed it is a range.
+    """
+    if isinstance(values, tuple) and len(values) == 2:
+        pair = [number(name, value) for value in values]
+        low, high = (f"{value:g}" for value in pair)
+        known = f"np.linspace({low}, {high}, 200) for a range, [{low}, {high}] for these two values"
+        reject(name, values, f"an array of values; {known}")
     result = vector(name, values)
     if not len(result):
         reject(name, values, "an array of at least one number")

@@ -1,6 +1,7 @@
 """Sweeps and charts: each cell is the run of its values; bits, stores, data sets, bad input."""
 
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -144,9 +145,27 @@ def test_nothing_but_the_arguments_changes_a_bit(chart, rubbing, options, tmp_pa
     assert_same_bits(loaded, chart)
 
 
-def test_a_tuple_is_an_array_of_values(rubbing):
-    sweep = vi.sweep(rubbing, initial=(0.0, 0.5, 0.0, 0.0), drive_frequency=(0.2, 4), **LENGTH)
-    assert sweep.axes["drive_frequency"].tolist() == [0.2, 4.0]
+def test_a_pair_is_no_axis(rubbing):
+    start = (0.0, 0.5, 0.0, 0.0)
+    said = re.escape("np.linspace(0.2, 4, 200) for a range, [0.2, 4] for these two values")
+    grids = [
+        lambda axis: vi.sweep(rubbing, initial=start, drive_frequency=axis, **LENGTH),
+        lambda axis: vi.bifurcation_diagram(rubbing, initial=start, drive_frequency=axis, **LENGTH),
+        lambda axis: vi.chart(rubbing, initial=start, drive_frequency=axis, gap=[0.1], **LENGTH),
+        lambda axis: vi.lyapunov_spectrum(rubbing, initial=start, drive_frequency=axis, **LENGTH),
+        lambda axis: vi.basins(rubbing, x1=axis, v1=[0.0]),
+        lambda axis: vi.motion_map(rubbing, 1, drive_frequency=axis),
+        lambda axis: vi.sweep(
+            lambda made: rubbing.replace(gap=made), initial=start, made=axis, **LENGTH
+        ),
+    ]
+    for grid in grids:
+        with pytest.raises(vi.ParameterError, match=said):
+            grid((0.2, 4))
+    for allowed in ([0.2, 4], np.array([0.2, 4]), (0.2, 1, 4)):
+        assert len(grids[0](allowed)) == len(allowed)
+    with pytest.raises(vi.ParameterError, match="drive_frequency = 'a'"):
+        grids[0](("a", 4))
     for function in (vi.sweep, vi.chart, vi.bifurcation_diagram, vi.basins, vi.motion_map):
         assert "for a range use ``numpy.linspace``" in " ".join(function.__doc__.split())
 

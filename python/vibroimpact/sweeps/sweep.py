@@ -129,7 +129,7 @@ def sweep(
         makes it) or for a coordinate x1, v1, x2, v2 of the initial state; the first is the slowest
         axis. Of a Structure ``drive_frequency``, ``phase``, ``gap``, ``restitution``, ``friction``
         of all stops or of one, ``gap_0``, and of its start ``q_0``, ``q_1``, ... ``v_0``, ...
-        ``(0.2, 4)`` is an array of two values; for a range use ``numpy.linspace``.
+        A pair ``(0.2, 4)`` is refused; for a range use ``numpy.linspace``.
 
     Returns
     -------
