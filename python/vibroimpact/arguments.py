@@ -149,13 +149,34 @@ def kept_periods(keep: Any, periods: int, *, usual: int, least: int = 0) -> int:
     return count("keep", keep, least=least, most=periods)
 
 
-def unexpected(function: Callable[..., Any], given: Iterable[str]) -> TypeError | None:
-    """Return the error about a keyword that a function does not take, None if it takes all."""
+# So many of the names that a function takes are listed where values are given without names.
+_LISTED = 4
+
+
+def unexpected(
+    function: Callable[..., Any], values: Sequence[Any], given: Iterable[str]
+) -> TypeError | None:
+    """Return the error about arguments that a function does not take, None if it takes all.
+
+    It takes too few ``values`` by their place, or does not know a name that is ``given``.
+    """
     parameters = inspect.signature(function).parameters.values()
-    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
-        return None
     known = [parameter.name for parameter in parameters if parameter.name not in ("self", "cls")]
     called = function.__qualname__.removesuffix(".__init__")
+    kinds = {parameter.kind for parameter in parameters}
+    placed = [p.name for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    if len(values) > len(placed) and inspect.Parameter.VAR_POSITIONAL not in kinds:
+        own = len(placed) - sum(name in known for name in placed)
+        others = [name for name in known if name not in placed]
+        names = "".join(f"{name}=, " for name in others[:_LISTED])
+        more = "..." if len(others) > _LISTED else ""
+        taken = f"only {', '.join(placed[own:])}" if placed[own:] else "no argument"
+        return TypeError(
+            f"{called}() takes {taken} without a name, but {len(values) - own} were given so; "
+            f"give by name: {(names + more).removesuffix(', ')}"
+        )
+    if inspect.Parameter.VAR_KEYWORD in kinds:
+        return None
     for name in given:
         if name not in known:
             hint = close_to(name, known) or f"; known: {', '.join(known)}"
@@ -171,7 +192,7 @@ def naming(function: Callable[Arguments, Item]) -> Callable[Arguments, Item]:
         try:
             return function(*values, **given)
         except TypeError:
-            if (error := unexpected(function, given)) is not None:
+            if (error := unexpected(function, values, given)) is not None:
                 raise error from None
             raise
 

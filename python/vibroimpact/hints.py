@@ -27,6 +27,8 @@ _OTHER_NAMES: dict[str, tuple[str, ...]] = {
 }
 
 
+# What else columns of a table are called.
+_OTHER_COLUMNS = {"v_pre": "v1_pre", "v_post": "v1_post", "velocity": "approach_velocity"}
 # The same of names with a number: the velocity of a state, those before and after an impact.
 _OTHER_PARTS = {"v": "v_pre", "v_pre": "v", "v_post": "v", "x": "q", "u": "q"}
 _NUMBERED = re.compile(r"(.+)(_\d+)")
@@ -37,7 +39,7 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     import difflib  # here, to keep the import of the package light
 
     names = [*known]
-    others = [*_OTHER_NAMES.get(name, ()), f"{name}_0"]
+    others = [*_OTHER_NAMES.get(name, ()), _OTHER_COLUMNS.get(name, ""), f"{name}_0"]
     if match := _NUMBERED.fullmatch(name):
         others.append(f"{_OTHER_PARTS.get(match[1])}{match[2]}")
     meant = [other for other in others if other in names]
@@ -45,9 +47,23 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     return close[0] if close else None
 
 
+# Quantities of `System.from_physical` that `System` itself does not have.
+IN_SI = frozenset(
+    (
+        *("pendulum_mass", "oscillator_mass", "length"),
+        *("torsional_stiffness", "stiffness", "torsional_damping"),
+    )
+)
+
+
 def close_to(name: str, known: Iterable[str]) -> str:
     """Return a hint for the error about an unknown name: the known name that is meant by it."""
-    meant = closest(name, known)
+    names = [*known]
+    physical = [each for each in (name, *_OTHER_NAMES.get(name, ())) if each in IN_SI]
+    if physical and "mass_ratio" in names and physical[0] not in names:
+        taken = "System.from_physical takes it, and units='SI' varies it in such a system"
+        return f"; {physical[0]} is a quantity in SI units: {taken}."
+    meant = closest(name, names)
     return f", did you mean {meant}?" if meant else ""
 
 

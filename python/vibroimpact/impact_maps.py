@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._core import COULOMB_LAWS, Regime
-from .arguments import axis, count, reject
+from .arguments import axis, count, reject, vector
 from .errors import Interrupted
 from .impact_results import ImpactAgreement, ImpactRegimes
 from .impacts import MOST_STEPS, impact
@@ -159,7 +159,8 @@ def impact_agreement(
     constant(system.restitution, "maps of impacts")
     cells = count("cells", cells, least=2)
     numbers = [
-        count("steps", number, least=1, most=MOST_STEPS) for number in axis("steps", steps).tolist()
+        count("steps", number, least=1, most=MOST_STEPS)
+        for number in vector("steps", steps).tolist()
     ]
     if len(set(numbers)) < 2:
         reject("steps", steps, "at least two different numbers")

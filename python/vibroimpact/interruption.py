@@ -63,7 +63,7 @@ def _call(function: Callable[..., Any]) -> Callable[..., Any]:
         except Interrupted:
             raise
         except TypeError:
-            if (error := unexpected(function, options)) is not None:
+            if (error := unexpected(function, arguments, options)) is not None:
                 raise error from None
             raise
         except KeyboardInterrupt as error:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._core import Regime
 from .extras import install
-from .hints import close_to
+from .hints import close_to, closest
 from .interruption import interruptible
 
 if TYPE_CHECKING:
@@ -85,6 +85,19 @@ class Table(np.ndarray[Any, np.dtype[np.void]]):
         # A column is a table no longer.
         plain = isinstance(found, Table) and found.dtype.names is None
         return found.view(np.ndarray) if plain else found
+
+    # Not for type checkers: they know the names.
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Refuse a name that an array does not have: columns are read in brackets."""
+            names = self.dtype.names or ()
+            said = f"{type(self).__name__!r} object has no attribute {name!r}"
+            if name[:1] != "_" and names:
+                meant = name if name in names else closest(name, names)
+                hint = f", did you mean [{meant!r}]?" if meant else ""
+                said += f"{hint}; the columns: {', '.join(names)}"
+            raise AttributeError(said)
 
     def __copy__(self) -> Table:
         """Return a copy, read-only if this one is."""

@@ -225,22 +225,24 @@ def test_the_form_of_an_array_changes_no_bit_and_no_array(form):
     states = np.array([[0.0, 0.5, 0.0, 0.0], [0.25, -0.5, 0.125, 0.5]])
     values = np.array([0.25, 0.5, -0.125, 0.0])
     gaps, times = np.array([0.5, 0.25]), np.array([1.0, 0.25, 3.5])
+    # A pair in a tuple is no axis.
+    axis = np.array([0.5, 0.25, 0.375])
     calls_with = {
         "simulate": lambda make: [
             one._parts()[1] for one in vi.simulate(ROUGH, initial=make(states), periods=3)
         ],
         "impact": lambda make: vi.impact(ROUGH, x1=make(values), v1=1.0, v2=0.0),
         "impact_regimes": lambda make: (
-            vi.impact_regimes(ROUGH, x1=make(gaps), velocity_ratio=[0.5]).restitution
+            vi.impact_regimes(ROUGH, x1=make(axis), velocity_ratio=[0.5]).restitution
         ),
         "Run.trajectory": lambda make: run().trajectory(make(times)),
         "PeriodicMotion.trajectory": lambda make: motion().trajectory(make(times)),
         "sweep": lambda make: (
-            vi.sweep(ROUGH, initial=START, periods=3, gap=make(gaps)).final_states
+            vi.sweep(ROUGH, initial=START, periods=3, gap=make(axis)).final_states
         ),
         "basins": lambda make: CALLS["basins"](x1=make(gaps[1:])).attractor,
         "search_motions": lambda make: CALLS["search_motions"](starts=make(states)).starts,
-        "motion_map": lambda make: CALLS["motion_map"](gap=make(gaps)).solutions,
+        "motion_map": lambda make: CALLS["motion_map"](gap=make(axis)).solutions,
         "StabilityRegion.sheets": lambda make: region().sheets(make(states[:, :2])),
         "System": lambda make: PAPER.replace(damping=make(gaps)).damping,
     }

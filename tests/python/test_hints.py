@@ -53,6 +53,53 @@ def test_a_call_says_which_keyword_was_meant(call, meant):
         call()
 
 
+def test_quantities_in_si_lead_to_the_call_that_takes_them():
+    fields = inspect.signature(vi.System).parameters
+    physical = inspect.signature(vi.System.from_physical).parameters
+    assert {name for name in physical if name not in fields} == hints.IN_SI
+    for name in (*hints.IN_SI, "M1", "K2"):
+        with pytest.raises(TypeError, match=r"a quantity in SI units: System\.from_physical"):
+            vi.System(**{name: 1.0})
+        with pytest.raises(vi.ParameterError, match=r"units='SI' varies it"):
+            vi.bifurcation_diagram(SYSTEM, initial=START, **{name: [1.0]})
+    # A structure has a stiffness of its own.
+    with pytest.raises(TypeError, match="did you mean stiffness"):
+        vi.Structure([[1]], K=[[1]], stops=[])
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (
+            lambda: vi.simulate(SYSTEM, START, 3),
+            "simulate() takes only system without a name, but 3 were given so; "
+            "give by name: initial=, periods=, ",
+        ),
+        (lambda: vi.System(0.6, 2.0), "System() takes no argument without a name, but 2 were"),
+        (lambda: RUN.resume(3), "resume() takes no argument without a name, but 1 were given so; "),
+        (
+            lambda: vi.bifurcation_diagram(SYSTEM, [1.0]),
+            "takes only system without a name, but 2 were given so; give by name: initial=, ",
+        ),
+        (lambda: vi.plot.chart(RUN, "label"), "chart() takes only chart without a name"),
+    ],
+)
+def test_values_without_a_name_are_told_the_names(call, said):
+    with pytest.raises(TypeError, match=re.escape(said)):
+        call()
+
+
+def test_a_table_tells_how_its_columns_are_read():
+    for name, meant in (("v1_pre", "v1_pre"), ("v_pre", "v1_pre"), ("aproach_velocity", None)):
+        wanted = meant or "approach_velocity"
+        with pytest.raises(AttributeError, match=rf"{name}', did you mean \['{wanted}'\]\?; the"):
+            getattr(RUN.impacts, name)
+        assert not hasattr(RUN.impacts, name)
+    with pytest.raises(AttributeError, match="the columns: time, period"):
+        RUN.impacts.zzz  # noqa: B018
+    assert RUN.impacts.shape == np.asarray(RUN.impacts).shape
+
+
 # `publication_style` takes nothing.
 DRAWING = [
     name

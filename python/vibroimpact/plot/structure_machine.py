@@ -4,7 +4,8 @@ Coordinates stand in a row as if all were displacements along one line. A spring
 where K has an entry, k = -K_ij, and one joins a coordinate to the frame where its row of K has a
 sum other than 0: at the ends of the row beside it, elsewhere above it. A stop is a buffer below a
 body and a wall that stands on the frame, or two buffers between neighbours; what meets has the
-colour of the stop. Displacements and gaps are in one scale, lengths of blocks and springs mean nothing.
+colour of the stop. Displacements and gaps are in one scale, lengths of blocks and springs mean
+nothing.
 """
 
 from __future__ import annotations
