@@ -20,6 +20,7 @@ from .period_report import Evidence as Evidence
 from .period_report import PeriodReport as PeriodReport
 from .run_parts import EnergyAudit as EnergyAudit
 from .run_parts import FinalState as FinalState
+from .run_parts import Slopes, clock_rates
 from .run_parts import read_only as read_only
 from .run_record import RunRecord
 from .showing import Facts
@@ -260,6 +261,52 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         """
         found: RunInSI = verb("in_si")(self)
         return found
+
+    def _beside_impacts(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        rows = self.impacts
+        before, after = (
+            np.column_stack([rows[name] for name in ("x1", f"v1_{side}", "x2", f"v2_{side}")])
+            for side in ("pre", "post")
+        )
+        return before, after
+
+    def _impact_rates(self, found: Any, slopes: Slopes) -> dict[str, NDArray[np.float64]]:
+        rows, system, (time, before, after) = self.impacts, self.system, found
+        rates = clock_rates(rows, system.drive_frequency, time, slopes)
+        for place, name in enumerate(("x1", "v1_pre", "x2", "v2_pre")):
+            rates[name] = before[:, place]
+        rates |= {"v1_post": after[:, 1], "v2_post": after[:, 3]}
+        x1, v1 = (np.asarray(rows[name])[:, None] for name in ("x1", "v1_pre"))
+        slope = system.slope(x1)
+        curving = (-system.tip(x1) if system.contact == "oblique" else 0.0) * rates["x1"]
+        rates["approach_velocity"] = curving * v1 + slope * rates["v1_pre"] - rates["v2_pre"]
+        ratio, moved = system.mass_ratio, slopes("mass_ratio")
+        if ratio == 0.0 and moved.any():
+            return rates  # the energy of what becomes a wall has no derivative
+        lost = np.zeros_like(time)
+        for side, sign in (("pre", 1.0), ("post", -1.0)):
+            v1, v2 = (np.asarray(rows[f"{name}_{side}"])[:, None] for name in ("v1", "v2"))
+            lost += sign * v1 * rates[f"v1_{side}"]
+            if ratio > 0.0:  # a wall has no energy
+                lost += sign * (v2 * rates[f"v2_{side}"] / ratio - v2**2 * moved / (2.0 * ratio**2))
+        rates["energy_loss"] = lost
+        # Momentum of both bodies: v2+ - v2- = mbar P, v1+ - v1- = sin(x1) Q - slope P.
+        p, q = (np.asarray(rows[f"impulse_{way}"])[:, None] for way in ("normal", "tangential"))
+        jumps = rates["v1_post"] - rates["v1_pre"]
+        smooth = system.friction == 0.0 and not slopes("friction").any()
+        if ratio > 0.0:
+            pushed = rates["v2_post"] - rates["v2_pre"]
+            rates["impulse_normal"] = (pushed - p * moved) / ratio
+        elif smooth:
+            rates["impulse_normal"] = -(jumps + curving * p) / slope
+        if smooth or system.contact == "direct":
+            rates["impulse_tangential"] = np.zeros_like(time)
+        elif ratio > 0.0:
+            # Friction has no lever at x1 = 0, and jumps there.
+            lever = np.where(system.tip(x1) == 0.0, np.nan, system.tip(x1))
+            turned = slope * (rates["impulse_normal"] - q * rates["x1"])
+            rates["impulse_tangential"] = (jumps + curving * p + turned) / lever
+        return rates
 
     def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         metadata = {

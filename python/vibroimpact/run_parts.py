@@ -1,7 +1,7 @@
-"""Parts of a run that it has also in SI: the state at its end, and the works of all forces."""
+"""Parts of a run: the state at its end, the works of all forces, derivatives of its clock."""
 
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,3 +118,36 @@ def read_only(array: NDArray[_T]) -> NDArray[_T]:
     """Return the array with its writeable flag cleared."""
     array.flags.writeable = False
     return array
+
+
+class Slopes(Protocol):
+    """The derivatives of fields of a machine by what its run is differentiated by."""
+
+    def __call__(self, field: str, shape: tuple[int, ...] = ()) -> NDArray[np.float64]:
+        """Return those of a field of some shape, (*shape, k)."""
+        ...
+
+
+def clock_rates(
+    impacts: NDArray[np.void], omega: float, time: NDArray[np.float64], slopes: Slopes
+) -> dict[str, NDArray[np.float64]]:
+    """Return derivatives (n, k) of the times of impacts and of the drive's phase there.
+
+    Parameters
+    ----------
+    impacts
+        Their table.
+    omega
+        The drive frequency.
+    time
+        The derivatives of ``impacts["time"]``.
+    slopes
+        Those of fields of the machine.
+    """
+    rate, at = slopes("drive_frequency"), np.asarray(impacts["time"])[:, None]
+    rates = {"time": time, "phase": rate * at + omega * time + slopes("phase")}
+    if omega > 0.0:
+        # After so many periods, each of 2 pi/omega.
+        turns = np.asarray(impacts["period"])[:, None]
+        rates["time_in_period"] = time + turns * (2.0 * np.pi / omega**2) * rate
+    return rates

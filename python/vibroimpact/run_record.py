@@ -26,6 +26,7 @@ from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .machine import Machine
 from .period_report import PeriodReport, as_period_report
+from .run_parts import Slopes
 from .scales import Units
 from .showing import Facts, Shown
 from .tables import EventKind, Table
@@ -85,6 +86,17 @@ class RunRecord(Shown, ABC, Generic[MachineT, CoreT, StartT]):
     @abstractmethod
     def _impacts(self, rows: Any) -> Table:
         """Return impacts of the core as a table."""
+
+    @abstractmethod
+    def _beside_impacts(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the states just before and just after the impacts, as rows of a trajectory."""
+
+    @abstractmethod
+    def _impact_rates(self, found: Any, slopes: Slopes) -> dict[str, NDArray[np.float64]]:
+        """Return derivatives (n, ..., k) of columns of the impacts, from an `ImpactSensitivity`.
+
+        ``slopes(field, shape)`` are those of fields of the machine.
+        """
 
     @abstractmethod
     def _pressed(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:

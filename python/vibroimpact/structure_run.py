@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .errors import SimulationError
 from .interruption import interruptible
-from .run_parts import read_only
+from .run_parts import Slopes, read_only
 from .run_record import RunRecord
 from .structure import Structure
 from .structure_directions import directions as directions_of
@@ -29,6 +29,7 @@ from .structure_run_parts import (
     arrays_of,
     check_arrays,
     core_of,
+    impact_rates,
 )
 from .tables import Table, of_columns
 from .verbs import verb
@@ -279,6 +280,16 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
         """
         found: StructureOrbit | NotFound = verb("refine_structure")(self)
         return found
+
+    def _beside_impacts(self) -> tuple[Array, Array]:
+        rows = self.impacts
+        before, after = (
+            np.stack([rows["q"], rows[f"v_{side}"]], axis=1) for side in ("pre", "post")
+        )
+        return before, after
+
+    def _impact_rates(self, found: Any, slopes: Slopes) -> dict[str, Array]:
+        return impact_rates(self.system, self.impacts, found, slopes)
 
     def _impacts(self, rows: dict[str, NDArray[Any]]) -> Table:
         return self._table(rows)

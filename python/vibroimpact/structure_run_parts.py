@@ -13,8 +13,10 @@ from . import _core
 from .arguments import reject
 from .fixed_arrays import FixedArrays
 from .interruption import interruptible
+from .run_parts import Slopes, clock_rates
 from .showing import Facts, Shown, in_a_line
-from .tables import of_columns
+from .structure import Structure
+from .tables import Table, of_columns
 
 Array = NDArray[np.float64]
 
@@ -232,3 +234,55 @@ class PhysicalSensitivity:
     def trajectory(self, t: Array) -> Array:
         """As that of the core."""
         return self._rows(self._core.trajectory(t))
+
+
+def impact_rates(
+    structure: Structure, rows: Table, found: Any, slopes: Slopes
+) -> dict[str, NDArray[np.float64]]:
+    """Return derivatives of columns of the impacts ``rows``; `RunRecord._impact_rates`."""
+    time, before, after = found
+    count, omega = structure.coordinates, structure.drive_frequency
+    rates = clock_rates(rows, omega, time, slopes)
+    rates |= {"q": before[:, :count], "v_pre": before[:, count:], "v_post": after[:, count:]}
+    basis = structure._basis
+    mass = basis.matrices[0]
+    moved = slopes("mass", mass.shape)
+    # Velocities before and after, and their derivatives (n, k, N), in which M is that of the core.
+    (v, dv), (w, dw) = (
+        (
+            basis.near(np.asarray(rows[f"v_{side}"])),
+            basis.near(rates[f"v_{side}"].transpose(0, 2, 1)),
+        )
+        for side in ("pre", "post")
+    )
+    # The momentum M (v+ - v-) is what the impulses give.
+    given = np.einsum("ij,nkj->nki", mass, dw - dv) + np.einsum("ijk,nj->nki", moved, w - v)
+    energy = [
+        np.einsum("ni,ij,nkj->nk", v, mass, dv) + 0.5 * np.einsum("ni,ijk,nj->nk", v, moved, v)
+        for v, dv in ((v, dv), (w, dw))
+    ]
+    lost = energy[0] - energy[1]
+    approach, normal, tangential = (np.zeros_like(time) for _ in range(3))
+    rate, instants = slopes("drive_frequency"), np.asarray(rows["time"])[:, None]
+    for place, stop in enumerate(structure.stops):
+        here = np.flatnonzero(rows["stop"] == place)
+        along = [-basis.on("normal", stop.normal)]
+        if stop.tangent is not None:
+            along.append(basis.on("tangent", stop.tangent))
+        impulses = given[here] @ np.linalg.pinv(np.array(along))
+        normal[here] = impulses[..., 0]
+        if len(along) > 1:
+            tangential[here] = impulses[..., 1]
+        # The stop moves towards the body: u = n . v + s, s = a omega sin(omega t + phase).
+        t = instants[here]
+        phase = omega * t + stop.phase
+        turned = rate * t + omega * time[here] + slopes(f"phase_{place}")
+        swing = stop.amplitude * rate + slopes(f"amplitude_{place}") * omega
+        speed = stop.amplitude * omega * np.sin(phase)
+        faster = swing * np.sin(phase) + stop.amplitude * omega * np.cos(phase) * turned
+        approach[here] = np.einsum("j,njk->nk", stop.normal, rates["v_pre"][here]) + faster
+        # Its impulse P does the work -P s on the body.
+        pushed = np.asarray(rows["impulse_normal"])[here, None]
+        lost[here] += normal[here] * speed + pushed * faster
+    rates |= {"approach_velocity": approach, "impulse_normal": normal}
+    return rates | {"impulse_tangential": tangential, "energy_loss": lost}

@@ -131,7 +131,11 @@ def fit(
     machine = _machine(system, unknown)
     start = _one_start(machine, initial)
     if units is not None and machine is not system:
-        reject("units", units, "None where a function makes the system, in units of its own")
+        reject(
+            "units",
+            units,
+            "None where a function makes the system: its units may change with its numbers",
+        )
     scales = machine._chosen(units)
     if scales is not None:
         records = [record._in_units_of(scales) for record in records]

@@ -16,7 +16,6 @@ from ..sensitivity import OneSided
 from ..tables import EventKind
 from .duals import Dual, constant
 from .duals import value_of as plain
-from .impacts import beside_impacts, of_columns
 
 Array = NDArray[np.float64]
 
@@ -147,12 +146,10 @@ class Quantities:
     def impacts(self) -> Rows:
         """The kept impacts, each at its own time, which moves."""
         table = self.run.impacts
+        rates = self.run._impact_rates(self._sensitivity.impacts, self._basis.slopes)
         return Rows(
             table,
-            {
-                name: self._chained(table[name], moved)
-                for name, moved in of_columns(self.run, self._sensitivity, self._basis).items()
-            },
+            {name: self._chained(table[name], moved) for name, moved in rates.items()},
         )
 
     @property
@@ -222,7 +219,7 @@ class Quantities:
             instants = self.impacts["time"]
             before, after = (
                 plain(self._rates(rate, instants.value, constant(states, len(slope))))
-                for states in beside_impacts(self.run)
+                for states in self.run._beside_impacts()
             )
             slope = slope + (before - after) @ instants.slope
         ends = [(first, -1.0)] + ([(last, 1.0)] if self._in_periods else [])
