@@ -22,7 +22,7 @@ FIGURES: dict[str, Callable[[bool], Figure]] = {
     module.__name__: module.draw
     for module in (energy, slip, separating, multipliers, growth, counting)
 }
-DOTS_PER_INCH = 170
+DOTS_PER_INCH = 150
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

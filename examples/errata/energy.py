@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import vibroimpact as vi
 from han_jin_hu_2004 import INITIAL, MOTIONS
+from vibroimpact.plot.axis_names import AT_IMPACT
 from vibroimpact.plot.style import ANGLE_TICKS, BLACK, VERMILLION
 
 SYSTEM = next(motion.system for motion in MOTIONS if motion.id == "9(4)")
@@ -55,7 +56,7 @@ def draw_map(ax: Axes, system: vi.System, cells: int):
         angles, ratios, taken, cmap="PuOr", norm=TwoSlopeNorm(0.0, -1.0, 1.0), rasterized=True
     )
     ax.set_xticks(list(ANGLE_TICKS), list(ANGLE_TICKS.values()))
-    ax.set_xlabel(r"$x_1$ at impact")
+    ax.set_xlabel(AT_IMPACT["x1"])
     name = "corrected" if system is SYSTEM else "as printed"
     ax.set_title(f"{name}: {(taken < 0.0).mean():.0%} of the impacts give energy", pad=4)
     return mesh
@@ -85,7 +86,7 @@ def draw_run(ax: Axes) -> None:
     )
     ax.set_yscale("log")
     ax.set_xlabel("impact")
-    ax.set_ylabel(r"$E_{+}$")
+    ax.set_ylabel("energy after it, $E_{+}$")
     ax.legend(loc="upper left")
 
 
@@ -99,7 +100,7 @@ def draw(quick: bool) -> Figure:
         mesh = draw_map(ax, system, cells)
     for text, x1, ratio in (("E1", -0.6, 2.5), ("E2", 0.4, -1.3)):
         maps[0].annotate(text, (x1, ratio), ha="center", va="center", fontsize=11)
-    maps[0].set_ylabel(r"$\dot x_1/u$")
+    maps[0].set_ylabel(r"velocity ratio $\dot x_1/u$")
     bar = figure.colorbar(mesh, ax=maps, extend="both", aspect=22)
     bar.set_label(r"$(E-E_{+})/E$, negative: gain")
     draw_run(panels["run"])

@@ -14,6 +14,7 @@ import vibroimpact as vi
 from han_jin_hu_2004 import INITIAL, MOTIONS
 from han_jin_hu_2004.evidence import coexisting_chaos
 from han_jin_hu_2004.told_apart import SETTLING, draw_growth, draw_returns
+from vibroimpact.plot.axis_names import AT_IMPACT
 from vibroimpact.plot.style import BLACK, GREY, VERMILLION
 
 SYSTEM = next(motion.system for motion in MOTIONS if motion.id == "9(4)")
@@ -54,6 +55,6 @@ def section(ax: Axes, impacts: NDArray[np.void], color: str, title: str) -> None
     inset.set_ylim(*WINDOW[1])
     inset.tick_params(labelsize=6, length=2)
     ax.indicate_inset_zoom(inset, edgecolor=GREY)
-    ax.set_xlabel("$x_1$")
-    ax.set_ylabel(r"$\dot x_1$ before impact")
+    ax.set_xlabel(AT_IMPACT["x1"])
+    ax.set_ylabel(AT_IMPACT["v1"])
     ax.set_title(title, loc="left")

@@ -59,7 +59,7 @@ def draw(quick: bool) -> Figure:
         # Room for the legend above the curve.
         ax.set_ylim(top=0.2)
         ax.set_xlabel("time since the impact")
-        ax.set_ylabel(r"$\sin x_1 - x_2 - \delta$")
+        ax.set_ylabel(r"gap function $\sin x_1 - x_2 - \delta$")
         ax.set_title(
             f"{n}-1, $x_{{10}} = {motion.state[0]:.4f}$, $u = {motion.approach_velocity:.3f}$\n"
             f'"{verdict}" in the paper',

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import vibroimpact as vi
+from vibroimpact.plot.axis_names import AT_IMPACT
 from vibroimpact.plot.style import BLACK, SKY_BLUE, VERMILLION
 
 SYSTEM = vi.System(
@@ -38,7 +39,7 @@ def compare(ax: Axes, axis: np.ndarray, x1: np.ndarray, ratio: np.ndarray) -> No
     stepped = after(SYSTEM, *(part[few] for part in np.broadcast_arrays(x1, ratio)), STEPS)
     ax.plot(axis[few], stepped, "o", ms=3.6, mfc="none", mec=SKY_BLUE, label="in small steps")
     ax.axhline(0.0, color="0.55", lw=0.5, zorder=0)
-    ax.set_ylabel(r"$\dot x_1/u$ after the impact")
+    ax.set_ylabel(r"velocity $\dot x_1/u$ after the impact")
 
 
 def draw(quick: bool) -> Figure:
@@ -48,7 +49,7 @@ def draw(quick: bool) -> Figure:
     points = 49 if quick else 481
     ratio = np.linspace(-1.5, 2.5, points)
     compare(left, ratio, np.array(0.6), ratio)
-    left.set_xlabel(r"$\dot x_1/u$ before the impact")
+    left.set_xlabel(r"velocity $\dot x_1/u$ before the impact")
     left.set_title(r"(E2) at $x_1 = 0.6$", pad=4)
     left.legend(loc="upper left")
     x1 = np.linspace(0.02, 1.5, points)
@@ -63,6 +64,6 @@ def draw(quick: bool) -> Figure:
         textcoords="offset points",
         ha="right",
     )
-    right.set_xlabel(r"$x_1$ at impact")
+    right.set_xlabel(AT_IMPACT["x1"])
     right.set_title(r"(E3) with $\dot x_1/u = 0.4$ before", pad=4)
     return figure

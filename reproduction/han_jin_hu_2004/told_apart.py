@@ -53,5 +53,5 @@ def draw_returns(ax: Axes, velocity: NDArray[np.float64]) -> None:
     ends = (band.min(), band.max())
     ax.plot(ends, ends, color=GREY, lw=0.8, ls=(0, (4, 2)))
     ax.scatter(band[:-1], band[1:], s=2.0, color=VERMILLION, lw=0, rasterized=True)
-    ax.set_xlabel(r"$\dot x_1$ before an impact")
+    ax.set_xlabel(r"velocity $\dot x_1$ before an impact")
     ax.set_ylabel(f"the same {RETURN} impacts later")

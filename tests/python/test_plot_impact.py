@@ -41,7 +41,7 @@ def test_every_panel_shows_its_array(result, axes):
         assert np.array_equal(mesh(ax).get_array(), values)
         assert ax.get_xlabel() == "position $x_1$ of body 1"
         assert mesh(ax).get_rasterized()
-    assert axes[0].get_ylabel() == r"velocity / approach velocity, $\dot x_1/u$"
+    assert axes[0].get_ylabel() == r"velocity ratio $\dot x_1/u$"
     assert axes[0].figure.legends == []
 
 

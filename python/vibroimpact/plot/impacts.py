@@ -128,7 +128,7 @@ def _map(ax: Axes, result: ImpactRegimes, values: NDArray[Any], **options: Any) 
     if len(ticks) > 1:
         ax.set_xticks(list(ticks), list(ticks.values()))
     ax.set_xlabel(STATE_NAMES["x1"])
-    ax.set_ylabel(r"velocity / approach velocity, $\dot x_1/u$")
+    ax.set_ylabel(r"velocity ratio $\dot x_1/u$")
     return mesh
 
 
