@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._core import Regime
+from .archived import Archived
 from .arguments import (
     count,
     flag,
@@ -47,11 +48,8 @@ AnyRun: TypeAlias = "RunRecord[Any, Any, Any]"
 
 
 @interruptible
-class RunRecord(Shown, ABC, Generic[MachineT, CoreT, StartT]):
+class RunRecord(Archived, Shown, Generic[MachineT, CoreT, StartT]):
     """What a `Run` and a `StructureRun` have alike."""
-
-    # What a file of it is called.
-    _KIND: ClassVar[str]
 
     def __init__(self, core: CoreT, system: MachineT, initial: StartT) -> None:
         self._core = core
@@ -105,15 +103,6 @@ class RunRecord(Shown, ABC, Generic[MachineT, CoreT, StartT]):
     @abstractmethod
     def _states(self, times: NDArray[np.float64], forces: bool) -> tuple[list[Any], bool]:
         """Return arrays with a row for each time, states first; whether Ctrl-C left rows out."""
-
-    @abstractmethod
-    def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-        """Return metadata and arrays of a file."""
-
-    @classmethod
-    @abstractmethod
-    def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
-        """Return the run of such a file."""
 
     @property
     def time_in_contact(self) -> float:
@@ -365,39 +354,6 @@ class RunRecord(Shown, ABC, Generic[MachineT, CoreT, StartT]):
         """
         moving: Animation = verb("animate")(self, path, **options)
         return moving
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the run to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit.
-
-        Examples
-        --------
-        >>> run.save("run.npz")
-        >>> vi.load("run.npz") == run
-        True
-        """
-        from . import archive  # here, to keep the import of the package light
-
-        metadata, arrays = self._parts()
-        archive.write(path, self._KIND, metadata, arrays)
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a run written by ``save``.
-
-        Raises
-        ------
-        ValueError
-            If the file is damaged, foreign, or holds something else.
-
-        Examples
-        --------
-        >>> run.save("run.npz")
-        >>> type(run).load("run.npz") == run
-        True
-        """
-        from . import archive  # here, to keep the import of the package light
-
-        return archive.read(path, {cls._KIND: cls._from_parts})
 
     def summary(self) -> str:
         """Return in some lines how the run ended, what motion it is, and what it holds.

@@ -49,6 +49,7 @@ FIRST = [
     "repeating",
     "tables",
     "archive",
+    "archived",
     "scales",
     "restitution",
     "physical",

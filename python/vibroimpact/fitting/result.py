@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import archive
+from ..archived import Archived
 from ..arguments import count as counted_argument
 from ..errors import ParameterError
 from ..interruption import interruptible
@@ -42,7 +41,7 @@ _OF_FIT = (*_ARRAYS, "ranges", "predicted", "sigma")
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Fit(Determined):
+class Fit(Archived, Determined):
     """A machine found from records of its motion, by ``fit``.
 
     Unknowns, their values and their errors are as those of `ExpectedErrors`; the errors are linear
@@ -105,6 +104,7 @@ class Fit(Determined):
     True
     """
 
+    _KIND = "fit"
     verdict: Verdict
     reasons: tuple[str, ...]
     machine: Any
@@ -242,15 +242,7 @@ class Fit(Determined):
         axes: list[Axes] = verb("draw")(self, **options)
         return axes
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the fit to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit.
-
-        Examples
-        --------
-        >>> found.save("fit.npz")
-        >>> vi.load("fit.npz").values == found.values
-        True
-        """
+    def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         arrays: dict[str, NDArray[Any]] = {name: getattr(self, name) for name in _OF_FIT}
         if self.profile is not None:
             arrays["profile"] = self.profile
@@ -265,24 +257,7 @@ class Fit(Determined):
             "records": kinds,
             **{name: getattr(self, name) for name in _IN_TEXT},
         }
-        archive.write(path, "fit", metadata, arrays)
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a fit written by ``save``.
-
-        Raises
-        ------
-        ValueError
-            If the file is damaged, foreign, or holds something else.
-
-        Examples
-        --------
-        >>> found.save("fit.npz")
-        >>> vi.Fit.load("fit.npz").verdict
-        'fits'
-        """
-        return archive.read(path, {"fit": cls._from_parts})
+        return metadata, arrays
 
     @classmethod
     def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core, archive
+from .. import _core
+from ..archived import Archived
 from ..errors import Interrupted, SimulationError
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
@@ -29,7 +29,7 @@ _ARRAYS = ("exponents", "error", "history_time", "history")
 
 @interruptible
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LyapunovSpectrum(FixedArrays, Shown):
+class LyapunovSpectrum(Archived, FixedArrays, Shown):
     """The four Lyapunov exponents of a motion, per unit time, natural logarithm; read-only arrays.
 
     They belong to the state at fixed time. The phase of the drive is a fifth coordinate with the
@@ -67,6 +67,7 @@ class LyapunovSpectrum(FixedArrays, Shown):
     ('1-1', True)
     """
 
+    _KIND = "spectrum"
     exponents: NDArray[np.float64]
     error: NDArray[np.float64]
     time: float
@@ -144,37 +145,12 @@ class LyapunovSpectrum(FixedArrays, Shown):
         axes: Axes = verb("draw")(self, **options)
         return axes
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the spectrum to ``path`` (.npz, no pickle); ``vibroimpact.load`` reads it.
-
-        Examples
-        --------
-        >>> spectrum.save("spectrum.npz")
-        >>> vi.load("spectrum.npz").label
-        '1-1'
-        """
+    def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         metadata = {
             **{name: getattr(self, name) for name in ("time", "impacts", "flow", "label")},
             "system": self.system.to_dict(),
         }
-        archive.write(path, "spectrum", metadata, {name: getattr(self, name) for name in _ARRAYS})
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a spectrum from the file that ``save`` wrote.
-
-        Raises
-        ------
-        ValueError
-            If it is damaged, foreign, or holds something else.
-
-        Examples
-        --------
-        >>> spectrum.save("spectrum.npz")
-        >>> vi.LyapunovSpectrum.load("spectrum.npz").label
-        '1-1'
-        """
-        return archive.read(path, {"spectrum": cls._from_parts})
+        return metadata, {name: getattr(self, name) for name in _ARRAYS}
 
     @classmethod
     def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
