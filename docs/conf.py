@@ -55,6 +55,7 @@ nitpick_ignore = [
         "orbits.found.MotionT",
         "run_record.MachineT",
         "run_record.RunRecord",
+        "archived.Archived",
         "machine.Machine",
         "sweeps.basins.region.Follow",
         "sweeps.basins.region.Region",

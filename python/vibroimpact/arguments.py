@@ -168,12 +168,12 @@ def unexpected(
     if len(values) > len(placed) and inspect.Parameter.VAR_POSITIONAL not in kinds:
         own = len(placed) - sum(name in known for name in placed)
         others = [name for name in known if name not in placed]
-        names = "".join(f"{name}=, " for name in others[:_LISTED])
-        more = "..." if len(others) > _LISTED else ""
+        names = [f"{name}=" for name in others[:_LISTED]]
+        names += ["..."] if len(others) > _LISTED else []
         taken = f"only {', '.join(placed[own:])}" if placed[own:] else "no argument"
         return TypeError(
             f"{called}() takes {taken} without a name, but {len(values) - own} were given so; "
-            f"give by name: {(names + more).removesuffix(', ')}"
+            f"give by name: {', '.join(names)}"
         )
     if inspect.Parameter.VAR_KEYWORD in kinds:
         return None

@@ -145,11 +145,13 @@ def of_bodies(what: str, signs: Mapping[int, str]) -> str:
 
 def measured_name(kind: str) -> str:
     """Return the label of an axis of what was measured: "x1", "v2", "a_0", "q_3" ..."""
-    of_structure = "_" in kind
-    place = kind.removeprefix(kind[0]).removeprefix("_")
-    word, _, dots = _RATES[kind[0]]
-    symbol = f"${dots}{'q' if of_structure else 'x'}_{{{place}}}$"
-    return f"{word} {symbol}" if of_structure else f"{word} {symbol} of body {place}"
+    one = numbered(kind)
+    if one:
+        word, _, dots = _RATES[one.what]
+        return f"{word} ${dots}q_{{{one.place}}}$"
+    what, body = kind
+    word, _, dots = _RATES[what]
+    return f"{word} ${dots}x_{{{body}}}$ of body {body}"
 
 
 def at_drive_phase(text: str, phase: float | None) -> str:
