@@ -149,7 +149,7 @@ def measured_name(kind: str) -> str:
     if one:
         word, _, dots = _RATES[one.what]
         return f"{word} ${dots}q_{{{one.place}}}$"
-    what, body = kind
+    what, body = kind[0], kind[1:]
     word, _, dots = _RATES[what]
     return f"{word} ${dots}x_{{{body}}}$ of body {body}"
 
