@@ -92,6 +92,7 @@ fn kernels() -> Vec<Kernel> {
     all.extend(searches());
     all.extend(impacts().into_iter().map(|(name, system, pre)| {
         kernel(format!("impact: {name}"), "impact", move || {
+            let system = system.clone();
             calls(move || resolve(black_box(&system), black_box(&pre)))
         })
     }));
@@ -268,6 +269,7 @@ fn follow<O: Observer>(system: &System, periods: u64, observer: &mut O) {
 fn periods() -> Vec<Kernel> {
     let mut all = scenes().map(|(name, system)| {
         kernel(format!("Fig. {name}"), "drive period", move || {
+            let system = system.clone();
             Box::new(move |n| follow(&system, n, &mut ()))
         })
     });

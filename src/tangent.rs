@@ -115,11 +115,11 @@ impl Model {
         let rate = if motion.drive.has_period() { -period / omega.value } else { 0.0 };
         let period = Dual::chain(period, [(rate, omega)]);
         let of_curve = free.iter().zip(FREE..).filter_map(|(name, direction)| {
-            let place = system.restitution_curve?.number(name)?;
+            let place = system.coefficient().place_of(name)?;
             Some((place, direction))
         });
         let of_curve = of_curve.collect();
-        Self { system: *system, motion, parameters, period, wall_at_rest, of_curve }
+        Self { system: system.clone(), motion, parameters, period, wall_at_rest, of_curve }
     }
 
     /// Sine and cosine of x1; 0 and 1 in direct contact.
@@ -139,7 +139,7 @@ impl Model {
 
     /// r of an impact at the approach velocity u.
     pub fn restitution(&self, u: Dual) -> Dual {
-        let Some(curve) = &self.system.restitution_curve else {
+        let Some(curve) = self.system.restitution_curve() else {
             return self.parameters.restitution;
         };
         let at = curve.with_slope(u.value);

@@ -81,7 +81,7 @@ fn compare(jobs: &[Job], options: RunOptions, drawer: &mut Drawer, sets: usize) 
     let singles: Vec<SweepPoint> = jobs.par_iter().map(|job| alone(&job.cell, options)).collect();
     for set in 0..sets {
         for (number, batch) in drawer.batches(jobs.len()).iter().enumerate() {
-            let cells: Vec<Cell> = batch.iter().map(|&i| jobs[i].cell).collect();
+            let cells: Vec<Cell> = batch.iter().map(|&i| jobs[i].cell.clone()).collect();
             let workers = &workers()[(number + set) % 3];
             for (&i, point) in batch.iter().zip(together(&cells, options, workers)) {
                 let (own, found) = (all(&singles[i]), all(&point));
@@ -141,7 +141,7 @@ fn labels_and_exponents_are_those_of_runs_by_themselves() {
         .collect();
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     for (number, batch) in drawer.batches(jobs.len()).iter().enumerate() {
-        let cells: Vec<Cell> = batch.iter().map(|&i| jobs[i].cell).collect();
+        let cells: Vec<Cell> = batch.iter().map(|&i| jobs[i].cell.clone()).collect();
         let workers = &workers()[number % 3];
         let points =
             sweep(&cells, options, SweepStart::Fresh, workers, &never, &AtomicUsize::new(0));
@@ -221,7 +221,8 @@ fn a_batch_takes_any_jobs() {
     };
     let lasting = oblique.iter().filter(|cell| cell.system.law() != ImpactLaw::Paper);
     let failing: Vec<Cell> = lasting.take(12).map(beyond).collect();
-    let mixed: Vec<Cell> = oblique.iter().zip(&direct).flat_map(|(&o, &d)| [o, d]).collect();
+    let mixed: Vec<Cell> =
+        oblique.iter().zip(&direct).flat_map(|(o, d)| [o.clone(), d.clone()]).collect();
     let batches = [
         [&oblique[..1], &direct].concat(),
         [&direct[..1], &oblique].concat(),
@@ -334,12 +335,12 @@ fn a_sweep_that_is_cancelled_has_no_wrong_points() {
         capped.max_events = 1_000;
         alone(cell, capped).status == PointStatus::Completed { restarted: false }
     };
-    let bouncing: Vec<Cell> = usual.iter().map(|t| t.cell).filter(bounces).collect();
+    let bouncing: Vec<Cell> = usual.iter().map(|t| t.cell.clone()).filter(bounces).collect();
     assert!(bouncing.len() >= 30);
     for (threads, workers) in [1, 2, 3].into_iter().zip(workers()) {
         let mut cells = bouncing[..10].to_vec();
-        for &cell in &bouncing[10..] {
-            cells.extend([endless, cell, endless]);
+        for cell in &bouncing[10..] {
+            cells.extend([endless.clone(), cell.clone(), endless.clone()]);
         }
         // Long after all lanes are taken by those that never end.
         let (cancel, count) = (CancelToken::after(300_000), AtomicUsize::new(0));

@@ -63,7 +63,7 @@ fn after_impact(system: &System, state: State) -> ContactReport {
 }
 
 /// A hop that is wanted: of the length T = -2 g'/g'', if g'' stayed what it is.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Hop {
     draw: Draw,
     /// T as part of a turn of the fastest motion.
@@ -128,7 +128,7 @@ fn short_hops_end_where_a_dense_search_says() {
         .into_par_iter()
         .enumerate()
         .map(|(index, hop)| {
-            let judged = judge_flight(index as u64, hop.draw);
+            let judged = judge_flight(index as u64, hop.draw.clone());
             // Nothing found may be seen at one glance too.
             let at_once = judged.evaluations == 1 && judged.found != "none";
             (hop, judged.outcome, at_once)

@@ -120,7 +120,7 @@ impl Case {
         let span = motion.span();
         let chunk = (self.hump_time / span).floor();
         let (state, system) = if chunk == 0.0 {
-            (self.state, self.system)
+            (self.state, self.system.clone())
         } else {
             let flight = motion.flight(Clock::START, self.state);
             let phase = self.system.phase() + self.system.drive_frequency() * chunk * span;

@@ -118,7 +118,7 @@ impl<'a> Orbit<'a> {
         if system.drive_frequency() == 0.0 {
             return Err(ParameterError::new("drive_frequency", 0.0, "> 0 for a period"));
         }
-        Ok(Self { itinerary, nodes, system: *system })
+        Ok(Self { itinerary, nodes, system: system.clone() })
     }
 
     /// The residual and its derivatives with respect to the nodes and the parameters `free`.

@@ -93,7 +93,7 @@ impl From<RunOptions> for SweepOptions {
 }
 
 /// One point of a sweep: a system and where it starts.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     /// The system.
     pub system: System,
@@ -307,18 +307,23 @@ pub fn sweep(
         in_order(cells.len(), start, |place| {
             let begun = |from: Option<&State>, restarted: bool| {
                 let initial = from.copied().unwrap_or(cells[place].initial);
-                fresh(&Cell { initial, ..cells[place] }, &options, restarted, cancel)
+                fresh((&cells[place].system, initial), &options, restarted, cancel)
             };
             counted(follow(&mut last, begun))
         })
     }))
 }
 
-fn fresh(cell: &Cell, options: &SweepOptions, restarted: bool, cancel: &CancelToken) -> SweepPoint {
+fn fresh(
+    (system, initial): (&System, State),
+    options: &SweepOptions,
+    restarted: bool,
+    cancel: &CancelToken,
+) -> SweepPoint {
     if cancel.is_cancelled() {
         return SweepPoint::empty(PointStatus::Pending);
     }
-    let run = run(&cell.system, cell.initial, options.run, cancel);
+    let run = run(system, initial, options.run, cancel);
     SweepPoint::of(run, restarted, options, cancel)
 }
 

@@ -1,5 +1,7 @@
 //! Validated parameters of the system (Han, Jin & Hu (2004), eqs. (22), (23); docs/notation.md).
 
+use std::sync::Arc;
+
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -132,7 +134,7 @@ pub struct Parameter {
 /// Parameters of the system, dimensionless and validated. Build one with [`System::builder`].
 ///
 /// What is read with serde is validated too.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(remote = "Self")]
 pub struct System {
     pub(crate) mass_ratio: f64,
@@ -153,7 +155,8 @@ pub struct System {
     pub(crate) contact: Contact,
     pub(crate) law: ImpactLaw,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) restitution_curve: Option<RestitutionCurve>,
+    /// Beside it: most systems have none, and are copied.
+    pub(crate) restitution_curve: Option<Arc<RestitutionCurve>>,
 }
 
 /// Allowed range of a numeric parameter.
@@ -224,7 +227,7 @@ macro_rules! numeric_parameters {
                 match name {
                     "restitution" if self.restitution_curve.is_some() => None,
                     $(stringify!($name) => Some(self.$name),)*
-                    _ => self.restitution_curve?.get(name),
+                    _ => self.restitution_curve.as_ref()?.get(name),
                 }
             }
 
@@ -233,22 +236,21 @@ macro_rules! numeric_parameters {
             ///
             /// # Errors
             /// [`ParameterError`] for an unknown name or a value outside its range.
-            pub fn with(mut self, name: &str, value: f64) -> Result<Self, ParameterError> {
+            pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
+                let mut changed = self.clone();
                 match name {
                     "restitution" if self.get(name).is_none() && value != self.restitution => {
                         return Err(self.unknown(name));
                     }
-                    $(stringify!($name) => self.$name = value,)*
-                    _ => match self.restitution_curve.and_then(|curve| curve.with(name, value)) {
-                        Some(curve) => {
-                            let curve = curve?;
-                            self.restitution_curve = Some(curve);
-                            self.restitution = curve.lowest();
-                        }
-                        None => return Err(self.unknown(name)),
-                    },
+                    $(stringify!($name) => changed.$name = value,)*
+                    _ => {
+                        let curve = self.restitution_curve().and_then(|curve| curve.with(name, value));
+                        let curve = curve.ok_or_else(|| self.unknown(name))??;
+                        changed.restitution = curve.lowest();
+                        changed.restitution_curve = Some(Arc::new(curve));
+                    }
                 }
-                self.validated()
+                changed.validated()
             }
 
             pub(crate) fn validated(mut self) -> Result<Self, ParameterError> {
@@ -266,7 +268,7 @@ macro_rules! numeric_parameters {
                     return Err(ParameterError::new(
                         "friction", self.friction, "0 with contact = direct"));
                 }
-                if let Some(curve) = &self.restitution_curve {
+                if let Some(curve) = self.restitution_curve() {
                     curve.validated()?;
                     if self.restitution != curve.lowest() {
                         return Err(ParameterError::number(
@@ -301,7 +303,7 @@ macro_rules! numeric_parameters {
             $($name: Option<f64>,)*
             contact: Contact,
             law: ImpactLaw,
-            restitution_curve: Option<RestitutionCurve>,
+            restitution_curve: Option<Arc<RestitutionCurve>>,
         }
 
         impl SystemBuilder {
@@ -341,7 +343,7 @@ macro_rules! numeric_parameters {
             #[must_use]
             pub fn restitution_curve(mut self, curve: RestitutionCurve) -> Self {
                 self.restitution = Some(curve.lowest());
-                self.restitution_curve = Some(curve);
+                self.restitution_curve = Some(Arc::new(curve));
                 self
             }
 
@@ -425,9 +427,8 @@ impl System {
 
     /// This system under another impact law.
     #[must_use]
-    pub fn with_law(mut self, law: ImpactLaw) -> Self {
-        self.law = law;
-        self
+    pub fn with_law(&self, law: ImpactLaw) -> Self {
+        Self { law, ..self.clone() }
     }
 
     /// 2 pi/omega, infinite for a drive that stands still.

@@ -34,7 +34,7 @@ const POWER_LAW: [&str; 3] = ["r_low", "least_speed", "exponent"];
 /// A coefficient of restitution that depends on the approach velocity u.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-#[allow(clippy::large_enum_variant)] // it is copied with its system, which is one of few
+#[allow(clippy::large_enum_variant)] // one of few
 pub enum RestitutionCurve {
     /// Linear between knots. Made by [`RestitutionCurve::table`].
     Table(Knots),
@@ -251,14 +251,14 @@ impl RestitutionCurve {
     }
 
     /// Which of its numbers has this name.
-    pub(crate) fn number(&self, name: &str) -> Option<usize> {
+    pub(crate) fn place_of(&self, name: &str) -> Option<usize> {
         self.names().iter().position(|known| *known == name)
     }
 
     /// The value of one of its numbers; `None` if there is none of this name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<f64> {
-        let place = self.number(name)?;
+        let place = self.place_of(name)?;
         Some(match self {
             Self::Table(knots) => knots.values[place],
             Self::PowerLaw { r_low, least_speed, exponent } => {
@@ -273,7 +273,7 @@ impl RestitutionCurve {
     /// [`ParameterError`] for a value outside its range.
     #[must_use]
     pub fn with(mut self, name: &str, value: f64) -> Option<Result<Self, ParameterError>> {
-        let place = self.number(name)?;
+        let place = self.place_of(name)?;
         match &mut self {
             Self::Table(knots) => {
                 if let Err(error) = unit(name.to_string(), value) {

@@ -35,12 +35,12 @@ pub(super) fn impact<'py>(
         let message = format!("lengths {}, {}, {} differ", x1.len(), v1.len(), v2.len());
         return Err(pyo3::exceptions::PyValueError::new_err(message));
     }
-    let system = system.0;
+    let system = &system.0;
     let one = |index: usize| -> Result<ImpactOutcome, OutcomeError> {
         let (x1, v1, v2) = (x1[index], v1[index], v2[index]);
         match steps {
-            None => Ok(ImpactOutcome::new(&system, x1, v1, v2)?),
-            Some(steps) => ImpactOutcome::incremental(&system, x1, v1, v2, steps),
+            None => Ok(ImpactOutcome::new(system, x1, v1, v2)?),
+            Some(steps) => ImpactOutcome::incremental(system, x1, v1, v2, steps),
         }
     };
     let (rows, ended) = interruptible(py, None, |cancel| {

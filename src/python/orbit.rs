@@ -56,9 +56,9 @@ impl PyItinerary {
         max_events: u64,
     ) -> PyResult<(Option<(Self, Matrix<'py>)>, String)> {
         let initial = to_state(initial)?;
-        let system = system.0;
+        let system = &system.0;
         match followed(py, |cancel| {
-            Itinerary::follow(&system, initial, periods, max_events, cancel)
+            Itinerary::follow(system, initial, periods, max_events, cancel)
         })? {
             Ok((itinerary, nodes)) => {
                 let rows: Vec<[f64; 4]> = nodes.into_iter().map(Node::to_array).collect();

@@ -29,7 +29,10 @@ pub(super) fn with_values(
     names: &[String],
     values: &[f64],
 ) -> Result<System, ParameterError> {
-    names.iter().zip(values).try_fold(*system, |system, (name, &value)| system.with(name, value))
+    names
+        .iter()
+        .zip(values)
+        .try_fold(system.clone(), |system, (name, &value)| system.with(name, value))
 }
 
 #[pymethods]

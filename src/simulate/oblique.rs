@@ -225,7 +225,7 @@ impl Model for System {
             regime: impact.regime.kind(),
             approach: impact.approach_velocity,
             separation: -impact.separation_velocity,
-            restitution: self.restitution_below(impact.approach_velocity),
+            restitution: self.coefficient().below(impact.approach_velocity),
             contact: 0,
         }
     }

@@ -230,7 +230,7 @@ impl Run {
     ) -> Run {
         let kept = i64::try_from(stroboscopic.len()).unwrap_or(i64::MAX);
         Run {
-            system: self.system,
+            system: self.system.clone(),
             options: self.options,
             impacts: Vec::new(),
             stroboscopic,

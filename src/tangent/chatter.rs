@@ -138,7 +138,7 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
             RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution
         ),
         borders: impact.borders,
-        regime: (kind, signs, system.restitution_curve.map_or(0, |curve| curve.piece(u))),
+        regime: (kind, signs, system.coefficient().piece(u)),
     })
 }
 

@@ -308,7 +308,7 @@ impl<'a> Strike<'a> {
             numbers: Numbers {
                 mass_ratio: system.mass_ratio,
                 friction: system.friction,
-                restitution: system.restitution_with_slope(impact.impact.approach_velocity),
+                restitution: system.coefficient().with_slope(impact.impact.approach_velocity),
                 moves: moves(model),
             },
         };

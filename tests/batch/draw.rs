@@ -47,7 +47,7 @@ pub enum Place {
     Overlapping,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Job {
     pub family: Family,
     pub place: Place,
@@ -169,7 +169,8 @@ impl Drawer {
             // The wall rests at 0, and the gap is what is left to it.
             (system.with("gap", tip + apart).unwrap(), 0.0)
         } else {
-            (system, tip - system.gap() + apart)
+            let x2 = tip - system.gap() + apart;
+            (system, x2)
         };
         let v2 = match place {
             Place::Resting => v1 * slope,

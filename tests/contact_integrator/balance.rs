@@ -49,7 +49,7 @@ fn forces_and_velocities_balance_in_contact() {
     let rule = gauss_legendre(16);
     let (mut worst, mut constraint, mut intervals) = (0.0f64, 0.0f64, 0);
     for (case, changes) in cases(22, 300) {
-        let system = case.system;
+        let system = &case.system;
         let run = case.run(HORIZON);
         let m = system.mass_ratio();
         for pair in changes.windows(2) {

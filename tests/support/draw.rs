@@ -54,7 +54,7 @@ impl Kind {
 const FASTEST: f64 = 20.0;
 
 /// A flight that starts at t = 0.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Draw {
     pub kind: Kind,
     pub system: System,

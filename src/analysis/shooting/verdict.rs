@@ -194,7 +194,7 @@ impl Orbit<'_> {
         let moment = self.clear_of_events();
         let State { x1, v1, x2, v2 } = self.state_at(moment);
         let Ok(start) = State::new(x1, v1, x2, v2) else { return Ok(Some(Rejection::NoStart)) };
-        let mut system = self.system;
+        let mut system = self.system.clone();
         if moment != 0.0 {
             let ahead = moment % system.drive_period();
             system = system.with("phase", system.phase() + system.drive_frequency() * ahead)?;

@@ -114,8 +114,8 @@ pub(super) fn points_together(
             }
             loop {
                 let place = next().filter(|_| !cancel.is_cancelled())?;
-                let Cell { system, initial } = cells[place];
-                match Collection::new(&system, initial, options.run, cancel) {
+                let Cell { system, initial } = &cells[place];
+                match Collection::new(system, *initial, options.run, cancel) {
                     Ok(run) => return Some(PointJob::Run(place, run)),
                     Err(_) => made(place, SweepPoint::empty(PointStatus::Overlap)),
                 }

@@ -63,7 +63,7 @@ impl Simulation {
         (self.flight.clock, self.flight.state) = (clock, state);
         (self.flight.angle, self.flight.start) = (angle, start);
         let (regime, approach_velocity) = impacts.approach(j);
-        let restitution = self.system.restitution_below(approach_velocity);
+        let restitution = self.system.coefficient().below(approach_velocity);
         let view = ChatterView {
             regime,
             approach: approach_velocity,

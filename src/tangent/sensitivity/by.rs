@@ -52,17 +52,16 @@ impl By {
             "static_force" => Self::StaticForce,
             "friction" => Self::Friction,
             "phase" => Self::Phase,
-            _ if system.restitution_curve.is_some_and(|curve| curve.number(name).is_some()) => {
-                let place = system.restitution_curve.and_then(|curve| curve.number(name));
-                Self::OfCurve(place.unwrap_or_default())
-            }
             _ => {
+                if let Some(place) = system.coefficient().place_of(name) {
+                    return Ok(Self::OfCurve(place));
+                }
                 let place = STARTS.iter().position(|start| *start == name);
                 let allowed = || format!("one of {}, x1, v1, x2, v2", System::NUMERIC.join(", "));
                 Self::Start(place.ok_or_else(|| ParameterError::new("names", name, allowed()))?)
             }
         };
-        if let (Self::Restitution, Some(curve)) = (by, &system.restitution_curve) {
+        if let (Self::Restitution, Some(curve)) = (by, system.restitution_curve()) {
             let allowed =
                 format!("the numbers of the restitution curve: {}", curve.names().join(", "));
             return Err(ParameterError::new("names", name, allowed));

@@ -57,8 +57,8 @@ impl Differentiated {
             }
             let direction = impact.pre.v1.is_sign_negative();
             let approach = impact.impact.approach_velocity;
-            let curve = self.system.restitution_curve;
-            let formula = (kind, direction, curve.map_or(0, |curve| curve.piece(approach)));
+            let piece = self.system.coefficient().piece(approach);
+            let formula = (kind, direction, piece);
             if regime.replace(formula) != Some(formula) {
                 // Only impacts in one regime, with one formula for r, are smooth functions of u.
                 samples.clear();

@@ -73,7 +73,7 @@ impl Differentiated {
         });
         let [pendulum, oscillator] = bodies.map(|body| body.fastest_rate());
         let fastest = system.drive_frequency.max(pendulum).max(oscillator);
-        Self { system: *system, model, by, names, needs, loads, fastest }
+        Self { system: system.clone(), model, by, names, needs, loads, fastest }
     }
 
     /// d(2 pi/omega)/d omega; 0 of a drive that stands still, of which no periods are counted.
@@ -312,15 +312,14 @@ impl Differentiated {
             numbers: Numbers {
                 mass_ratio: system.mass_ratio,
                 friction: system.friction,
-                restitution: system.restitution_with_slope(impact.impact.approach_velocity),
+                restitution: system.coefficient().with_slope(impact.impact.approach_velocity),
                 moves: 1.0,
             },
         };
         let (kind, signs) = self.regime(impact);
         let [by_slip, by_parting] = point.by_all(system.law, kind, signs);
         let u = impact.impact.approach_velocity;
-        let by_curve =
-            |place| system.restitution_curve.map_or(0.0, |curve| curve.by_number(u, place));
+        let by_curve = |place| system.coefficient().by_number(u, place);
         let mut after_it = Columns::with_capacity(columns.len());
         for (&[x1, v1, v2, delay], &by) in columns.iter().zip(&self.by) {
             let after = |row: &[f64; 6]| {
@@ -359,7 +358,7 @@ impl Differentiated {
         if pre.sin == 0.0 {
             pre.sin = FAINT;
         }
-        let faint = System { friction: system.friction.max(FAINT), ..*system };
+        let faint = System { friction: system.friction.max(FAINT), ..system.clone() };
         let Ok(outcome) = resolve(&faint, &pre) else { return known };
         (outcome.regime.kind(), Signs::of(outcome.regime, pre.v1, pre.sin))
     }

@@ -124,7 +124,7 @@ fn is_at_border(of: &Differentiated, impact: &ImpactEvent) -> bool {
 /// Whether an impact lies at a knot of the restitution curve, to rounding.
 fn is_at_knot(of: &Differentiated, impact: &ImpactEvent) -> bool {
     let u = impact.impact.approach_velocity;
-    of.system.restitution_curve.is_some_and(|curve| curve.is_at_knot(u))
+    of.system.coefficient().is_at_knot(u)
 }
 
 /// Whether the force that follows chatter is 0, to rounding.
