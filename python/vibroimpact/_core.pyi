@@ -343,6 +343,7 @@ class Stop:
         gap: float,
         restitution: float,
         *,
+        curve: RestitutionCurve | None,
         friction: float,
         tangent: NDArray[np.float64] | None,
         amplitude: float,

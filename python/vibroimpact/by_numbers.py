@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .machine import Machine
-from .stop import OF_STOPS, numbered
+from .stop import of_one_stop
 
 
 def direction_of(name: str) -> str:
@@ -50,8 +50,8 @@ class Basis:
 
         That of a stop, as ``gap_0``, also changes with that of all stops.
         """
-        one = numbered(field)
-        of_all = one.what if one and one.what in OF_STOPS else field
+        one = of_one_stop(field)
+        of_all = one.what if one else field
         none = np.zeros(shape)
         entries = [none + float(name in (field, of_all)) for name in self.names]
         for direction in self.directions.values():

@@ -10,7 +10,7 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,9 @@ from .interruption import interruptible
 from .showing import Facts, Shown
 
 Array = NDArray[np.float64]
+#: The names of the values of tables, of which there are 16 at most, and the numbers of power laws.
+OF_TABLES = tuple(f"r_{i}" for i in range(16))
+OF_POWER_LAWS = ("r_low", "least_speed", "exponent")
 
 
 @interruptible
@@ -207,7 +210,7 @@ class RestitutionPowerLaw(RestitutionCurve):
         return _core.RestitutionCurve.power_law(self.r_low, self.least_speed, self.exponent)
 
     def _fields(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in ("r_low", "least_speed", "exponent")}
+        return {name: getattr(self, name) for name in OF_POWER_LAWS}
 
     def _with(self, numbers: Mapping[str, Any]) -> Self:
         return type(self)(**(self._fields() | dict(numbers)))
@@ -228,6 +231,35 @@ def restitution_of(given: Any) -> Restitution:
         kind = RestitutionTable if {"speeds", "values"} & {*given} else RestitutionPowerLaw
         return kind.from_dict(given)
     return number("restitution", given, _ALLOWED)
+
+
+class HasRestitution:
+    """What has a coefficient of restitution: the numbers of a curve are attributes, and vary."""
+
+    restitution: Any  # a float, or a curve
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Return a number of the restitution curve."""
+            curve = self.__dict__.get("restitution")
+            if isinstance(curve, RestitutionCurve) and name in curve.names:
+                return curve._compiled.get(name)
+            return super().__getattr__(name)
+
+    @property
+    def _of_curve(self) -> tuple[str, ...]:
+        return names_of_curve(self.restitution)
+
+    def _take_curve(self, fields: dict[str, Any], changes: dict[str, Any]) -> None:
+        """Make changes of numbers of the curve one of the restitution among the fields."""
+        if own := {name: changes.pop(name) for name in self._of_curve if name in changes}:
+            fields["restitution"] = self.restitution._with(own)
+
+
+def names_of_curve(restitution: Any) -> tuple[str, ...]:
+    """Return the names of the numbers of a curve, none of a number."""
+    return restitution.names if isinstance(restitution, RestitutionCurve) else ()
 
 
 def constant(restitution: Restitution, what: str) -> float:

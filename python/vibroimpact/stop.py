@@ -24,12 +24,21 @@ from .by_value import ByValue, fixed
 from .errors import ParameterError
 from .interruption import interruptible
 from .keyword_types import StopChanges, completing
+from .restitution import (
+    OF_POWER_LAWS,
+    OF_TABLES,
+    HasRestitution,
+    Restitution,
+    RestitutionCurve,
+    names_of_curve,
+    restitution_of,
+)
 from .showing import Facts, Shown
 
 
 @interruptible
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Stop(ByValue, Shown):
+class Stop(HasRestitution, ByValue, Shown):
     """A rigid stop of a structure: contact where normal . q reaches it, apart below.
 
     Immutable, comparable, hashable, picklable; ``eval(repr(stop)) == stop``. Its units are those of
@@ -43,7 +52,8 @@ class Stop(ByValue, Shown):
     gap
         Distance along the normal at q = 0, any finite number.
     restitution
-        Coefficient of restitution in [0, 1].
+        Coefficient of restitution in [0, 1]; or a ``RestitutionTable`` or ``RestitutionPowerLaw``,
+        where it depends on the approach velocity, in the structure's units.
     friction
         Coulomb's coefficient >= 0.
     tangent
@@ -74,7 +84,7 @@ class Stop(ByValue, Shown):
 
     normal: NDArray[np.float64]
     gap: float
-    restitution: float
+    restitution: Any  # a float, or a curve
     friction: float
     tangent: NDArray[np.float64] | None
     amplitude: float
@@ -85,7 +95,7 @@ class Stop(ByValue, Shown):
         self,
         normal: ArrayLike,
         gap: float,
-        restitution: float,
+        restitution: Restitution,
         *,
         friction: float = 0.0,
         tangent: ArrayLike | None = None,
@@ -108,7 +118,7 @@ class Stop(ByValue, Shown):
         values: dict[str, Any] = {
             "normal": row,
             "gap": number("gap", gap),
-            "restitution": number("restitution", restitution, "a number in [0, 1]"),
+            "restitution": restitution_of(restitution),
             "friction": not_negative("friction", friction),
             "tangent": tangent,
             "amplitude": number("amplitude", amplitude),
@@ -128,10 +138,12 @@ class Stop(ByValue, Shown):
         self, normal: NDArray[np.float64], tangent: NDArray[np.float64] | None
     ) -> _core.Stop:
         """Return the compiled form, with rows in the coordinates of the compiled structure."""
+        curve = self.restitution if isinstance(self.restitution, RestitutionCurve) else None
         return _core.Stop(
             normal,
             self.gap,
-            self.restitution,
+            self.restitution if curve is None else curve(0.0),
+            curve=None if curve is None else curve._compiled,
             friction=self.friction,
             tangent=tangent,
             amplitude=self.amplitude,
@@ -157,7 +169,9 @@ class Stop(ByValue, Shown):
         >>> stop.replace(gap=0.5).gap
         0.5
         """
-        return type(self)(**(self._fields() | changes))
+        fields = self._fields()
+        self._take_curve(fields, changes)
+        return type(self)(**(fields | changes))
 
     def _fields(self) -> dict[str, Any]:
         found = {name: getattr(self, name) for name in _NAMES}
@@ -168,7 +182,7 @@ class Stop(ByValue, Shown):
 
     def _line(self) -> str:
         """Return the numbers of a stop in words, but for its rows."""
-        shown = {name: getattr(self, name) for name in ("gap", "restitution", "friction")}
+        shown = {name: getattr(self, name) for name in varied_in(self.restitution)}
         shown |= {"amplitude": self.amplitude} if self.amplitude else {}
         return ", ".join(f"{name} = {value:.6g}" for name, value in shown.items())
 
@@ -177,7 +191,9 @@ class Stop(ByValue, Shown):
 OF_DRIVE = ("drive_frequency", "phase")
 # What is changed in all stops of a structure by its name, and in one as name_number.
 OF_STOPS = ("gap", "restitution", "friction")
-_OF_ONE = re.compile(rf"({'|'.join(OF_STOPS)})_(0|[1-9]\d*)")
+# The same with the numbers of curves of restitution, of the stops that have them.
+_OF_SOME = (*OF_STOPS, *OF_TABLES, *OF_POWER_LAWS)
+_OF_ONE = re.compile(rf"({'|'.join(_OF_SOME)})_(0|[1-9]\d*)")
 _NUMBERED = re.compile(r"(.+)_(0|[1-9]\d*)")
 # Of more stops a message names the first and the last.
 _MOST_LISTED = 2
@@ -197,31 +213,81 @@ def numbered(name: str) -> Numbered | None:
     return Numbered(match[1], int(match[2])) if match else None
 
 
-def numbers_by_name(stops: int) -> tuple[str, ...]:
+def of_one_stop(name: str) -> Numbered | None:
+    """Return what the name of a number of one stop means, such as ``gap_0``, None of another."""
+    match = _OF_ONE.fullmatch(name)
+    return Numbered(match[1], int(match[2])) if match else None
+
+
+def varied_in(restitution: Any) -> tuple[str, ...]:
+    """Return what varies in a stop with this restitution, perhaps none yet, or a curve's fields."""
+    if isinstance(restitution, Mapping):
+        restitution = restitution_of(restitution)
+    gap, number_of, friction = OF_STOPS
+    return (gap, *(names_of_curve(restitution) or (number_of,)), friction)
+
+
+def _varied_in_all(restitutions: Sequence[Any]) -> dict[str, list[int]]:
+    """Return what varies in stops, with those that have it; not a number where some have none."""
+    found: dict[str, list[int]] = {name: [] for name in OF_STOPS}
+    for place, restitution in enumerate(restitutions):
+        for name in varied_in(restitution):
+            found.setdefault(name, []).append(place)
+    return found
+
+
+def _of_all(found: Mapping[str, Sequence[int]], stops: int) -> list[str]:
+    """Return the names without a number: ``restitution`` only where no stop has a curve."""
+    return [name for name in found if name not in OF_STOPS or len(found[name]) == stops]
+
+
+def numbers_by_name(restitutions: Sequence[Any]) -> tuple[str, ...]:
     """Return the names of what varies in a structure: of its drive, of all stops, of each."""
-    of_one = (f"{name}_{stop}" for stop in range(stops) for name in OF_STOPS)
-    return (*OF_DRIVE, *OF_STOPS, *of_one)
+    found = _varied_in_all(restitutions)
+    of_one = (f"{name}_{i}" for i, each in enumerate(restitutions) for name in varied_in(each))
+    return (*OF_DRIVE, *_of_all(found, len(restitutions)), *of_one)
 
 
-def numbers_in_words(stops: int) -> str:
+def numbers_in_words(restitutions: Sequence[Any]) -> str:
     """Return the same for a message: there may be many stops."""
-    names = [*OF_DRIVE, *OF_STOPS]
-    for name in OF_STOPS:
-        if stops <= _MOST_LISTED:
-            names += [f"{name}_{stop}" for stop in range(stops)]
+    found = _varied_in_all(restitutions)
+    names = [*OF_DRIVE, *_of_all(found, len(restitutions))]
+    for name, places in found.items():
+        if len(places) <= _MOST_LISTED:
+            names += [f"{name}_{stop}" for stop in places]
         else:
-            names.append(f"{name}_0 ... {name}_{stops - 1}")
+            names.append(f"{name}_{places[0]} ... {name}_{places[-1]}")
     return ", ".join(names)
 
 
 def is_of_stops(name: str) -> bool:
     """Whether a name is that of a number of all stops, or of one, such as ``gap_0``."""
-    return name in OF_STOPS or _OF_ONE.fullmatch(name) is not None
+    return name in _OF_SOME or of_one_stop(name) is not None
 
 
 def _numbers_of(stops: Sequence[Stop]) -> str:
     """Return in words which numbers stops have in names."""
     return f"the number of a stop, 0 to {len(stops) - 1}" if stops else "none: there are no stops"
+
+
+def _having(stops: Sequence[Stop], name: str, value: Any) -> dict[int, str]:
+    """Return the places of the stops whose number has this name, and what they call it.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such stop, or none with such a number, with the value that is refused.
+    """
+    one = of_one_stop(name)
+    what, places = (one.what, [one.place]) if one else (name, [*range(len(stops))])
+    if one and one.place >= len(stops):
+        reject(name, value, _numbers_of(stops))
+    if what in OF_STOPS:
+        return dict.fromkeys(places, what)
+    found = {place: what for place in places if what in stops[place]._of_curve}
+    if not found:
+        reject(name, value, "that of a stop whose restitution is a curve with this number")
+    return found
 
 
 def value_of_stops(stops: Sequence[Stop], name: str) -> float:
@@ -232,15 +298,15 @@ def value_of_stops(stops: Sequence[Stop], name: str) -> float:
     ParameterError
         If there is no such stop, or they differ in it.
     """
-    if match := _OF_ONE.fullmatch(name):
-        if int(match[2]) >= len(stops):
-            reject("parameter", name, _numbers_of(stops))
-        one: float = getattr(stops[int(match[2])], match[1])
-        return one
-    found: set[float] = {getattr(stop, name) for stop in stops}
+    try:
+        having = _having(stops, name, None)
+    except ParameterError:
+        reject("parameter", name, _numbers_of(stops))
+    found: set[Any] = {getattr(stops[place], what) for place, what in having.items()}
     if len(found) != 1:
         reject("parameter", name, f"that of one stop, as {name}_0: the stops differ in it")
-    return found.pop()
+    value: float = found.pop()
+    return value
 
 
 def with_changes(stops: Sequence[Stop], changes: Mapping[str, Any]) -> list[Stop]:
@@ -251,16 +317,14 @@ def with_changes(stops: Sequence[Stop], changes: Mapping[str, Any]) -> list[Stop
     ParameterError
         If there is no such stop, or a value is not allowed.
     """
-    of_all = {name: value for name, value in changes.items() if name in OF_STOPS}
-    changed = [dict(of_all) for _ in stops]
-    for name, value in changes.items():
-        if match := _OF_ONE.fullmatch(name):
-            if int(match[2]) >= len(stops):
-                reject(name, value, _numbers_of(stops))
-            changed[int(match[2])][match[1]] = value
-    if of_all and not stops:
-        name, value = of_all.popitem()
-        reject(name, value, "no such number: the structure has no stops")
+    changed: list[dict[str, Any]] = [{} for _ in stops]
+    # Those of all first.
+    for name in sorted(changes, key=lambda name: name not in _OF_SOME):
+        value = changes[name]
+        if name in OF_STOPS and not stops:
+            reject(name, value, "no such number: the structure has no stops")
+        for place, what in _having(stops, name, value).items():
+            changed[place][what] = value
     result = []
     for place, (stop, new) in enumerate(zip(stops, changed, strict=True)):
         with _naming(place):

@@ -297,7 +297,8 @@ class Structure(Machine):
         ----------
         **changes
             New values by name: of the arguments that made the structure; ``gap``, ``restitution``,
-            ``friction`` of all stops; or of one, as ``gap_0``, ``restitution_2``, which goes before
+            ``friction`` of all stops, or a number of the restitution curve of those that have it,
+            as ``r_1``; or of one, as ``gap_0``, ``restitution_2``, ``r_1_0``, which goes before
             that of all. One of ``damping``, ``damping_ratios`` takes the place of the other.
 
         Raises
@@ -352,7 +353,7 @@ class Structure(Machine):
 
     @property
     def _numbers_by_name(self) -> tuple[str, ...]:
-        return numbers_by_name(len(self.stops))
+        return numbers_by_name([stop.restitution for stop in self.stops])
 
     @property
     def _coordinates_by_name(self) -> tuple[str, ...]:
@@ -416,7 +417,7 @@ class Structure(Machine):
 
     @property
     def _numbers_in_words(self) -> str:
-        return numbers_in_words(len(self.stops))
+        return numbers_in_words([stop.restitution for stop in self.stops])
 
     def _starts(self, initial: Any) -> Array:
         return starts(initial, self.coordinates)

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from .arguments import complex_vector, in_short, matrix, number, reject, unknown, vector
 from .errors import ParameterError
 from .modal_basis import ModalBasis
+from .restitution import OF_POWER_LAWS, OF_TABLES, RestitutionTable
+from .stop import Stop
 from .structure import Structure
 
 Array = NDArray[np.float64]
@@ -28,16 +30,21 @@ _VECTORS: Final = ("damping_ratios", "static_load", "frequencies")
 _NUMBERS: Final = ("drive_frequency", "phase")
 # Numbers of a stop, in the order of the core's columns.
 _OF_STOPS: Final = ("gap", "restitution", "friction", "amplitude", "phase")
+# After them the numbers of the curve of restitution, of a stop that has one.
+_OF_CURVES: Final = len(OF_TABLES)
 _START: Final = ("q", "v")
 # What cannot be varied, of stops and of a structure from modes.
-_FIXED: Final = frozenset({"normal", "tangent", "shapes"})
-_OF_ONE: Final = re.compile(r"(gap|restitution|friction|amplitude|phase)_(\d+)", re.ASCII)
+_FIXED: Final = frozenset({"normal", "tangent", "shapes", "speeds of restitution"})
+_OF_ONE: Final = re.compile(
+    rf"({'|'.join((*_OF_STOPS, *OF_TABLES, *OF_POWER_LAWS))})_(\d+)", re.ASCII
+)
 _COMPONENT: Final = re.compile(r"([qv])_(\d+)", re.ASCII)
 _ENTRY: Final = re.compile(r"(mass|stiffness|damping)\[\s*(\d+)\s*,\s*(\d+)\s*\]", re.ASCII)
 _KNOWN: Final = (
     "mass, stiffness, damping, damping_ratios, static_load, drive_amplitude, drive_frequency, "
     "phase; gap, restitution, friction of all stops, or with the number of one, gap_0 ..., also "
-    "amplitude_0, phase_0; q, v of the start; of a structure from modes also frequencies"
+    "amplitude_0, phase_0, of a curve of restitution r_1, r_1_0 ...; q, v of the start; of a "
+    "structure from modes also frequencies"
 )
 # Part of the scale of a number over which a function of it is differentiated: the error of the
 # differences, of fourth order, is then the rounding of the fields over the step.
@@ -101,7 +108,7 @@ def _fields(structure: Structure, name: str, direction: Any) -> dict[str, Any]:
         reject(name, direction, "at least one field")
     count, basis = structure.coordinates, structure._basis
     found: dict[str, Any] = {}
-    stops = np.zeros((len(structure.stops), len(_OF_STOPS)))
+    stops = np.zeros((len(structure.stops), len(_OF_STOPS) + _OF_CURVES))
     for key, value in direction.items():
         what = f"{name}[{key!r}]"
         match = _OF_ONE.fullmatch(key) if isinstance(key, str) else None
@@ -125,17 +132,31 @@ def _fields(structure: Structure, name: str, direction: Any) -> dict[str, Any]:
             row = np.zeros((2, count))
             row[_START.index(key)] = vector(what, value, length=count)
             found[key] = structure._to_core(row)[_START.index(key)]
-        elif match is not None or key in _OF_STOPS:
+        elif match is not None or key in (*_OF_STOPS, *OF_TABLES, *OF_POWER_LAWS):
             field = match[1] if match is not None else key
-            place: Any = slice(None) if match is None else int(match[2])
-            if match is not None and place >= len(stops):
+            places = [*range(len(stops))] if match is None else [int(match[2])]
+            if match is not None and places[0] >= len(stops):
                 reject(what, key, f"that of one of {len(stops)} stops")
-            stops[place, _OF_STOPS.index(field)] = number(what, value)
+            columns = {place: _numbers(structure.stops[place]) for place in places}
+            having = [place for place in places if field in columns[place]]
+            if not having or (field in _OF_STOPS and len(having) < len(places)):
+                own = ", ".join(columns[places[0]]) if places else "none: there are no stops"
+                reject(what, key, f"a number that the stop has: {own}")
+            for place in having:
+                stops[place, columns[place].index(field)] = number(what, value)
         else:
             raise unknown(str(key), (*_MATRICES, *_VECTORS), f"allowed: {_KNOWN}", of=f" in {name}")
     if stops.any():
         found["stops"] = stops
     return found
+
+
+def _numbers(stop: Stop) -> tuple[str, ...]:
+    """Return what varies in a stop, at the places of the core's columns."""
+    if not stop._of_curve:
+        return _OF_STOPS
+    # Restitution is no number of its own.
+    return (*(name if name != "restitution" else "" for name in _OF_STOPS), *stop._of_curve)
 
 
 def _symmetric(name: str, given: Array) -> Array:
@@ -182,7 +203,8 @@ def slopes_of_function(structure: Structure, name: str, given: Any) -> dict[str,
     if "stops" in direction:
         slopes = direction.pop("stops")
         for place, row in enumerate(slopes):
-            direction |= {f"{f}_{place}": x for f, x in zip(_OF_STOPS, row, strict=True) if x}
+            names = _numbers(structure.stops[place])
+            direction |= {f"{name}_{place}": x for name, x in zip(names, row, strict=False) if x}
     return direction
 
 
@@ -218,9 +240,15 @@ def _leaves(structure: Structure) -> dict[str, NDArray[Any]]:
     found = {
         name: np.asarray(value) for name, value in fields.items() if not isinstance(value, str)
     }
-    found["stops"] = np.array(
-        [[getattr(stop, name) for name in _OF_STOPS] for stop in stops], dtype=float
-    ).reshape(-1, len(_OF_STOPS))
+    found["stops"] = np.zeros((len(stops), len(_OF_STOPS) + _OF_CURVES))
+    found["speeds of restitution"] = np.zeros((len(stops), _OF_CURVES))
+    for row, speeds, stop in zip(
+        found["stops"], found["speeds of restitution"], stops, strict=True
+    ):
+        for column, name in enumerate(_numbers(stop)):
+            row[column] = getattr(stop, name) if name else 0.0
+        if isinstance(stop.restitution, RestitutionTable):
+            speeds[: len(stop.restitution.speeds)] = stop.restitution.speeds
     found["normal"] = np.array([stop.normal for stop in stops], dtype=float)
     tangents = [np.zeros_like(s.normal) if s.tangent is None else s.tangent for s in stops]
     found["tangent"] = np.array(tangents, dtype=float)

@@ -11,7 +11,7 @@ import dataclasses
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from .interruption import interruptible
 from .keyword_types import Changes, Contact, Law, completing
 from .mechanics import Mechanics
 from .physical import PURE, changed, dimensionless, quantities
-from .restitution import Restitution, RestitutionCurve, in_units, restitution_of
+from .restitution import HasRestitution, Restitution, in_units, restitution_of
 from .scales import Scales, chosen, in_si, needed
 from .showing import Facts
 from .verbs import verb
@@ -50,7 +50,7 @@ CHOICES = {
 
 @interruptible
 @dataclass(frozen=True, eq=False, repr=False, init=False, kw_only=True)
-class System(Mechanics):
+class System(HasRestitution, Mechanics):
     """Two bodies that collide obliquely (or head-on): all parameters, dimensionless.
 
     Immutable, comparable, hashable, picklable; ``eval(repr(system)) == system``. Systems with the
@@ -387,8 +387,7 @@ class System(Mechanics):
             changes = changed(fields, needed(self.scales), changes)
         if "damping" in changes:
             del fields["pendulum_damping"], fields["oscillator_damping"]
-        if own := {name: changes.pop(name) for name in self._of_curve if name in changes}:
-            fields["restitution"] = self.restitution._with(own)
+        self._take_curve(fields, changes)
         return type(self)(**(fields | changes))
 
     def _fields(self) -> dict[str, Any]:
@@ -400,20 +399,6 @@ class System(Mechanics):
 
     def _starts(self, initial: Any) -> NDArray[np.float64]:
         return states(initial)
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            """Return a number of the restitution curve."""
-            curve = self.__dict__.get("restitution")
-            if isinstance(curve, RestitutionCurve) and name in curve.names:
-                return curve._compiled.get(name)
-            return super().__getattr__(name)
-
-    @property
-    def _of_curve(self) -> tuple[str, ...]:
-        curve = self.restitution
-        return curve.names if isinstance(curve, RestitutionCurve) else ()
 
     @property
     def _numbers_by_name(self) -> tuple[str, ...]:

@@ -75,7 +75,8 @@ pub(crate) fn strike_inline(
     let (at, rows) = (&structure.stops()[stop], structure.contact(stop));
     let slip = structure.slip(stop, velocities);
     let contact = ContactCoordinates::new(approach_velocity, slip, rows.mobilities, at.friction());
-    let impact = resolve_in_contact(&contact, at.restitution(), &structure.law())?;
+    let impact =
+        resolve_in_contact(&contact, at.coefficient().at(approach_velocity), &structure.law())?;
     for ((v, n), t) in velocities.iter_mut().zip(&rows.by_normal).zip(&rows.by_tangent) {
         *v += impact.impulse_tangential * t - impact.impulse_normal * n;
     }

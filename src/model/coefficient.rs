@@ -38,8 +38,8 @@ impl Coefficient<'_> {
     #[inline(always)]
     pub fn below(&self, u: f64) -> f64 {
         match self.curve {
-            Some(curve) if u > curve.constant_to() => f64::NAN,
-            _ => self.number,
+            None => self.number,
+            Some(curve) => curve.below(u),
         }
     }
 

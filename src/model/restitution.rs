@@ -174,6 +174,8 @@ impl RestitutionCurve {
 
     /// r at the approach velocity u.
     #[must_use]
+    #[cold] // the impacts whose r is a number are not arranged around it
+    #[inline(never)]
     pub fn at(&self, u: f64) -> f64 {
         self.with_slope(u).value
     }
@@ -187,8 +189,15 @@ impl RestitutionCurve {
         }
     }
 
+    /// r if all impacts at u and below have the same one, else NaN.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn below(&self, u: f64) -> f64 {
+        if u > self.constant_to() { f64::NAN } else { self.lowest() }
+    }
+
     /// The approach velocity up to which r is that of the lowest impacts.
-    pub(crate) fn constant_to(&self) -> f64 {
+    fn constant_to(&self) -> f64 {
         match self {
             Self::Table(knots) => {
                 let values = knots.values();
@@ -200,7 +209,8 @@ impl RestitutionCurve {
     }
 
     /// r at u, and its derivative.
-    #[inline(never)] // kept out of the impacts whose r is a number
+    #[cold]
+    #[inline(never)]
     pub(crate) fn with_slope(&self, u: f64) -> RestitutionAt {
         match self {
             Self::Table(knots) => {
@@ -248,6 +258,11 @@ impl RestitutionCurve {
             Self::Table(knots) => &TABLE[..knots.count],
             Self::PowerLaw { .. } => &POWER_LAW,
         }
+    }
+
+    /// The name of a number of any curve.
+    pub(crate) fn known(name: &str) -> Option<&'static str> {
+        TABLE.iter().chain(&POWER_LAW).copied().find(|known| *known == name)
     }
 
     /// Which of its numbers has this name.

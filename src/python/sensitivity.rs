@@ -182,6 +182,7 @@ fn variation(fields: &Bound<'_, PyDict>, stops: usize) -> PyResult<Variation> {
                     friction: row[2],
                     amplitude: row[3],
                     phase: row[4],
+                    of_curve: std::array::from_fn(|i| row.get(5 + i).copied().unwrap_or_default()),
                 };
                 found.stops = all.iter().map(of).collect();
                 debug_assert_eq!(found.stops.len(), stops);

@@ -7,6 +7,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArra
 use pyo3::prelude::*;
 
 use super::arrays::to_vec;
+use super::restitution::PyRestitutionCurve;
 use crate::analysis::structure_shooting::StructureShooting;
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::ImpactLaw;
@@ -19,17 +20,22 @@ pub(super) struct PyStop(Stop);
 #[pymethods]
 impl PyStop {
     #[new]
-    #[pyo3(signature = (normal, gap, restitution, *, friction, tangent, amplitude, phase))]
+    #[pyo3(signature = (normal, gap, restitution, *, curve, friction, tangent, amplitude, phase))]
+    #[expect(clippy::too_many_arguments, reason = "as Python has them")]
     fn new(
         normal: PyReadonlyArray1<'_, f64>,
         gap: f64,
         restitution: f64,
+        curve: Option<&PyRestitutionCurve>,
         friction: f64,
         tangent: Option<PyReadonlyArray1<'_, f64>>,
         amplitude: f64,
         phase: f64,
     ) -> PyResult<Self> {
         let mut stop = Stop::new(to_vec(&normal), gap, restitution).moving(amplitude, phase);
+        if let Some(curve) = curve {
+            stop = stop.with_restitution_curve(curve.0);
+        }
         if let Some(tangent) = tangent {
             stop = stop.with_friction(friction, to_vec(&tangent));
         }

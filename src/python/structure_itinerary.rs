@@ -16,7 +16,7 @@ use crate::analysis::structure_shooting::{
 };
 use crate::impact::RegimeKind;
 use crate::model::error::ParameterError;
-use crate::model::structure::{StructureParameter, StructureState};
+use crate::model::structure::StructureState;
 use crate::tangent::border::{Border, BorderKind};
 
 /// One leg of a motion of a structure.
@@ -240,11 +240,10 @@ impl PyStructureItinerary {
         nodes: PyReadonlyArray2<'_, f64>,
         parameters: Option<Vec<String>>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Matrix<'py>)> {
-        let stops = system.0.stops().len();
         let named: Vec<_> = parameters
             .unwrap_or_default()
             .iter()
-            .map(|name| StructureParameter::from_name(name, stops))
+            .map(|name| system.0.parameter(name))
             .collect::<Result<_, _>>()?;
         let found = self.cycle(system, &nodes)?.residual(&named);
         residual(py, (found.values, found.jacobian, found.columns))

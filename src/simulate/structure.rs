@@ -356,7 +356,7 @@ impl Model for Structure {
             regime: impact.regime.kind(),
             approach: impact.approach_velocity,
             separation: -impact.separation_velocity,
-            restitution: self.stops()[impact.stop].restitution(),
+            restitution: self.stops()[impact.stop].coefficient().below(impact.approach_velocity),
             contact: impact.stop as u32,
         }
     }

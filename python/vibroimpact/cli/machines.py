@@ -153,7 +153,7 @@ class DescribedStructure(Description):
 
     def names(self, units: Mapping[str, Any]) -> tuple[str, ...]:
         """Return what can be varied: of the drive, of all stops, of one."""
-        return numbers_by_name(len(self.fields["stops"]))
+        return numbers_by_name([stop.get("restitution") for stop in self.fields["stops"]])
 
     def coordinates(self) -> tuple[str, ...]:
         """Return the names of the coordinates of a start: q_0 ..., v_0 ..."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from ..arguments import reject
-from ..restitution import constant
 from ..structure import Structure
 from ..system import System
 from .machine import Machine
@@ -19,10 +18,9 @@ def machine_of(system: Any) -> Machine:
     Raises
     ------
     ParameterError
-        If it is neither, or its restitution depends on the approach velocity.
+        If it is neither.
     """
     if isinstance(system, System):
-        constant(system.restitution, "the explorer")
         return OfSystem(system)
     if isinstance(system, Structure):
         return OfStructure.of(system)

@@ -10,11 +10,12 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import CONTACTS, LAWS, PARAMETERS
+from .._core import CONTACTS, LAWS
 from ..arguments import state as checked_state
 from ..plot.style import REGIME_STYLES
 from ..sweeps import sweep
 from ..system import System
+from . import curves
 from .axis import Axis, around
 from .machine import STROBOSCOPIC, Array, Curve, Machine, Motion, Phase
 
@@ -72,19 +73,7 @@ class OfSystem(Machine):
     branches = True
     rate = "per unit of time 1/ω₂"
     heights = ("x2",)
-    groups: ClassVar = {
-        "Machine": (
-            *("mass_ratio", "frequency_ratio", "gap"),
-            *("pendulum_damping", "oscillator_damping"),
-        ),
-        "Impact": ("contact", "law", "restitution", "friction"),
-        "Drive and constant loads": (
-            *("drive_frequency", "moment_amplitude", "force_amplitude", "phase"),
-            *("static_moment", "static_force"),
-        ),
-    }
     choices: ClassVar = {"contact": CONTACTS, "law": LAWS}
-    parameters = tuple(PARAMETERS)
     coordinates = starts = COORDINATES
     shown = ("x1",)
     values: ClassVar = {
@@ -96,9 +85,30 @@ class OfSystem(Machine):
     time = TIME
     effort = 1
 
+    @property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """Machine, impact, and drive with constant loads."""
+        restitution = self.system._of_curve or ("restitution",)
+        return {
+            "Machine": (
+                *("mass_ratio", "frequency_ratio", "gap"),
+                *("pendulum_damping", "oscillator_damping"),
+            ),
+            "Impact": ("contact", "law", *restitution, "friction"),
+            "Drive and constant loads": (
+                *("drive_frequency", "moment_amplitude", "force_amplitude", "phase"),
+                *("static_moment", "static_force"),
+            ),
+        }
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Parameters, and the numbers of a curve of restitution."""
+        return self.system._numbers_by_name
+
     def numbers(self) -> dict[str, float | str]:
         """Return all parameters."""
-        return {name: getattr(self.system, name) for name in (*PARAMETERS, "contact", "law")}
+        return {name: getattr(self.system, name) for name in (*self.parameters, "contact", "law")}
 
     fields = numbers
 
@@ -121,7 +131,7 @@ class OfSystem(Machine):
 
     def span(self, name: str) -> tuple[float, float]:
         """Return the range of a parameter or a coordinate."""
-        return RANGES.get(name, USUAL)
+        return RANGES.get(name) or curves.span(name, 1.0) or USUAL
 
     def axes(self, *, own: bool) -> dict[str, Axis]:
         """Return the paper's ranges, or such around the system's own values."""
@@ -142,11 +152,13 @@ class OfSystem(Machine):
 
     def symbol(self, name: str) -> str:
         """Return the symbol of the notation page."""
-        return SYMBOLS.get(name, "")
+        return SYMBOLS.get(name) or curves.symbol(name)
 
     def words(self, name: str) -> str:
         """Return the name of a parameter."""
-        return "" if name in COORDINATES else name.replace("_", " ")
+        if name in COORDINATES:
+            return ""
+        return curves.words(name) or name.replace("_", " ")
 
     def sampled(self, run: Any, time: Array) -> tuple[Array, Array | None]:
         """Return the states."""

@@ -17,8 +17,9 @@ import numpy as np
 from ..arguments import not_negative, number, reject, starts
 from ..plot.coordinates import Combination
 from ..plot.stop_rows import rows_of
-from ..stop import OF_STOPS, SUBSCRIPTS, numbered
+from ..stop import SUBSCRIPTS, of_one_stop, varied_in
 from ..structure import Structure
+from . import curves
 from .axis import Axis, around
 from .machine import STROBOSCOPIC, Array, Machine
 
@@ -105,13 +106,16 @@ class StructureNumbers(Machine):
 
     @cached_property
     def _of_all(self) -> tuple[str, ...]:
-        stops = self.base.stops
-        names = OF_STOPS if all(stop.tangent is not None for stop in stops) else OF_STOPS[:2]
-        return names if stops else ()
+        first, *others = [self._varied(stop) for stop in range(len(self.base.stops))] or [()]
+        return tuple(name for name in first if all(name in other for other in others))
 
     def _of_one(self, stop: int) -> tuple[str, ...]:
-        names = OF_STOPS if self.base.stops[stop].tangent is not None else OF_STOPS[:2]
-        return tuple(f"{name}_{stop}" for name in names)
+        return tuple(f"{name}_{stop}" for name in self._varied(stop))
+
+    def _varied(self, place: int) -> tuple[str, ...]:
+        stop = self.base.stops[place]
+        *names, friction = varied_in(stop.restitution)
+        return tuple(names) if stop.tangent is None else (*names, friction)
 
     @cached_property
     def _of_each(self) -> tuple[str, ...]:
@@ -178,7 +182,7 @@ class StructureNumbers(Machine):
         found: dict[str, float | str] = {name: named[name] for name in named if name in
                                          self.parameters}  # fmt: skip
         for name in self._of_each:
-            if one := numbered(name):
+            if one := of_one_stop(name):
                 found[name] = getattr(self.system.stops[one.place], one.what)
         return found | {name: getattr(self.system, name) for name in self.choices}
 
@@ -188,7 +192,7 @@ class StructureNumbers(Machine):
         return {
             name: value
             for name, value in self.numbers().items()
-            if not (several and name in OF_STOPS)
+            if not (several and name in self._of_all)
         }
 
     def without(self, names: Collection[str]) -> dict[str, float | str]:
@@ -196,7 +200,7 @@ class StructureNumbers(Machine):
         return {
             name: value
             for name, value in self.fields().items()
-            if name not in names and not ((one := numbered(name)) and one.what in names)
+            if name not in names and not ((one := of_one_stop(name)) and one.what in names)
         }
 
     def replace(self, **changes: Any) -> Self:
@@ -236,8 +240,8 @@ class StructureNumbers(Machine):
     def span(self, name: str) -> tuple[float, float]:
         """Return a range around what the structure was given."""
         fixed = {"phase": math.tau, DRIVE: 3.0, DAMPING: 5.0, "restitution": 1.0, "friction": 1.5}
-        one = numbered(name)
-        kind = one.what if one and one.what in OF_STOPS else name
+        one = of_one_stop(name)
+        kind = one.what if one else name
         if kind in fixed:
             return 0.0, fixed[kind]
         if kind == "drive_frequency":
@@ -248,9 +252,11 @@ class StructureNumbers(Machine):
             gaps = [stop.gap for stop in self.base.stops]
             some = [gaps[one.place]] if one else gaps
             return min(some) - length, max(some) + length
-        # A start: as far as the stops, and as fast as the drive or the fastest mode goes there.
-        frequency = self.base.drive_frequency or float(self.base.frequencies[-1]) or 1.0
-        reach = length if name[0] == "q" else frequency * length
+        # As far as the stops, and as fast as the drive or the fastest mode goes there.
+        speed = length * (self.base.drive_frequency or float(self.base.frequencies[-1]) or 1.0)
+        if (of_curve := curves.span(kind, speed)) is not None:
+            return of_curve
+        reach = length if name[0] == "q" else speed  # of a start
         return -reach, reach
 
     @property
@@ -285,9 +291,10 @@ class StructureNumbers(Machine):
             return f"{'q' if name[0] == 'q' else 'q̇'}{name[1:].translate(SUBSCRIPTS)}"
         if name in self.shown:
             return " - ".join(map(self.symbol, name.split("-")))
-        if one := numbered(name):
-            return f"{_SYMBOLS[one.what]}{str(one.place).translate(SUBSCRIPTS)}"
-        return _SYMBOLS[name]
+        if one := of_one_stop(name):
+            place = str(one.place).translate(SUBSCRIPTS)
+            return f"{_SYMBOLS.get(one.what) or curves.symbol(one.what) + ','}{place}"
+        return _SYMBOLS.get(name) or curves.symbol(name)
 
     def words(self, name: str) -> str:
         """Return the name of a number, with its stop."""
@@ -295,9 +302,12 @@ class StructureNumbers(Machine):
             return ""
         if name in _WORDS:
             return _WORDS[name][1]
-        if one := numbered(name):
-            return f"{one.what} of stop {one.place}"
-        return name if len(self.base.stops) == 1 else f"{name} of all stops"
+        one = of_one_stop(name)
+        what = one.what if one else name
+        what = curves.words(what) or what
+        if one:
+            return f"{what} of stop {one.place}"
+        return what if len(self.base.stops) == 1 else f"{what} of all stops"
 
     @cached_property
     def met(self) -> list[int]:

@@ -4,7 +4,8 @@ import math
 from typing import Any
 
 from ..made import Made
-from ..stop import numbered
+from ..restitution import OF_TABLES
+from ..stop import of_one_stop
 
 _NOT_NEGATIVE = (
     "mass_ratio",
@@ -14,12 +15,12 @@ _NOT_NEGATIVE = (
     "oscillator_damping",
     "friction",
 )
-# Numbers of curves of restitution are not 0; the values of a table are r_0, r_1 ...
+# Numbers of curves of restitution are not 0.
 _LEAST_OF_CURVE = 1e-6
 _NATURAL = {
     **dict.fromkeys(_NOT_NEGATIVE, (0.0, math.inf)),
     "restitution": (0.0, 1.0),
-    **dict.fromkeys(("r", "r_low", "exponent"), (_LEAST_OF_CURVE, 1.0)),
+    **dict.fromkeys((*OF_TABLES, "r_low", "exponent"), (_LEAST_OF_CURVE, 1.0)),
     "least_speed": (_LEAST_OF_CURVE, math.inf),
 }
 _ANY = (-math.inf, math.inf)
@@ -32,5 +33,5 @@ def natural_range(machine: Any, name: str) -> tuple[float, float]:
     """
     if isinstance(machine, Made):
         return _ANY
-    one = numbered(name)
+    one = of_one_stop(name)
     return _NATURAL.get(one.what if one else name, _ANY)

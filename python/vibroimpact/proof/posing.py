@@ -79,9 +79,9 @@ def legs_of(motion: AnyMotion, *, free: bool = False) -> list[list[Any]] | str:
     """
     if motion.system.law == "paper":
         return "the law of the paper is not proved with"
-    if isinstance(motion, PeriodicMotion) and isinstance(
-        motion.system.restitution, RestitutionCurve
-    ):
+    system = motion.system
+    struck = system.stops if isinstance(system, Structure) else (system,)
+    if any(isinstance(each.restitution, RestitutionCurve) for each in struck):
         return "a restitution that depends on the approach velocity is not proved with"
     if not motion.legs:
         return "stops stay closed for a while: sustained contact is not proved"

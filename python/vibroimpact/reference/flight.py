@@ -235,6 +235,10 @@ class Body:
 class Curve(Protocol):
     """A coefficient of restitution that depends on the approach velocity (restitution.py)."""
 
+    @property
+    def lowest(self) -> fmpq:
+        """R of the lowest impacts."""
+
     def pieces(self, u: arb) -> list[tuple[arb, arb]]:
         """Values r and dr/du on the pieces on which a ball of u lies."""
 

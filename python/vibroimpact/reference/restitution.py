@@ -29,6 +29,11 @@ class Table:
     speeds: tuple[fmpq, ...]
     values: tuple[fmpq, ...]
 
+    @property
+    def lowest(self) -> fmpq:
+        """R of the lowest impacts."""
+        return self.values[0]
+
     def pieces(self, u: arb) -> list[Piece]:
         """The pieces on which a ball of u lies, perhaps with neighbours it only touches."""
         speeds, values = self.speeds, self.values
@@ -51,6 +56,11 @@ class PowerLaw:
     r_low: fmpq
     least_speed: fmpq
     exponent: fmpq
+
+    @property
+    def lowest(self) -> fmpq:
+        """R of the lowest impacts."""
+        return self.r_low
 
     def pieces(self, u: arb) -> list[Piece]:
         """As `Table.pieces`."""

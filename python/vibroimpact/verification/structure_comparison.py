@@ -171,7 +171,7 @@ class StructureComparison(Judged):
         before = entry.velocities()[0]
         slip = sum((arb(stop.tangent[0, i]) * v for i, v in enumerate(before)), arb(0)).mid()
         u = cast("arb", entry.more[0]).mid()
-        planar = PlanarImpact(arb(stop.restitution), arb(stop.friction), b, c, a - b**2 / c)
+        planar = PlanarImpact(stop.restitution_at(u), arb(stop.friction), b, c, a - b**2 / c)
         reach = 2.0 * error + 4.0 * float(np.finfo(float).eps)
         for shift in (-reach, 0.0, reach):
             s = slip + shift

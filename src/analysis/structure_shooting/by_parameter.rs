@@ -106,6 +106,13 @@ impl StructureCycle<'_> {
             (StructureParameter::Restitution(stop), Some(strike)) if is_of(stop) => {
                 by.rows_mut(0, size).copy_from(&strike.by_law[0]);
             }
+            (StructureParameter::OfCurve(name, stop), Some(strike)) if is_of(stop) => {
+                let coefficient = self.structure().stops()[strike.stop].coefficient();
+                if let Some(place) = coefficient.place_of(name) {
+                    let by_number = coefficient.by_number(strike.approach_velocity, place);
+                    by.rows_mut(0, size).copy_from(&(&strike.by_law[0] * by_number));
+                }
+            }
             (StructureParameter::Friction(stop), Some(strike)) if is_of(stop) => {
                 by.rows_mut(0, size).copy_from(&strike.by_law[1]);
             }

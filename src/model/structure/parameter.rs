@@ -1,9 +1,12 @@
 //! The numbers of a structure that are varied by name.
 
+use super::{Stop, Structure};
 use crate::model::error::ParameterError;
+use crate::model::restitution::RestitutionCurve;
 
-const KNOWN: &str = "one of drive_frequency, phase; gap, restitution, friction of all stops, or of \
-                     one of them, gap_0 ...";
+pub(super) const KNOWN: &str = "one of drive_frequency, phase; gap, restitution, friction of all stops, or of \
+                     one of them, gap_0 ...; where the restitution is a curve, its numbers, r_1, \
+                     r_low ... of all stops that have it, or of one, r_1_0, r_low_0 ...";
 
 /// A number that a structure is varied by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,6 +22,8 @@ pub enum StructureParameter {
     Restitution(Option<usize>),
     /// Coefficient of friction.
     Friction(Option<usize>),
+    /// A number of the restitution curve, by its name.
+    OfCurve(&'static str, Option<usize>),
 }
 
 impl StructureParameter {
@@ -42,7 +47,10 @@ impl StructureParameter {
             _ => {}
         }
         let unknown = || ParameterError::new("name", name.to_owned(), KNOWN);
-        let (number, place) = match name.split_once('_') {
+        if let Some(number) = RestitutionCurve::known(name) {
+            return Ok(Self::OfCurve(number, None));
+        }
+        let (number, place) = match name.rsplit_once('_') {
             Some((number, digits)) if digits.bytes().all(|byte| byte.is_ascii_digit()) => {
                 (number, Some(digits.parse::<usize>().map_err(|_| unknown())?))
             }
@@ -52,12 +60,61 @@ impl StructureParameter {
             "gap" => Self::Gap(place),
             "restitution" => Self::Restitution(place),
             "friction" => Self::Friction(place),
-            _ => return Err(unknown()),
+            _ => {
+                let number = RestitutionCurve::known(number).filter(|_| place.is_some());
+                Self::OfCurve(number.ok_or_else(unknown)?, place)
+            }
         };
         if place.is_some_and(|place| place >= stops) {
             let allowed = format!("that of one of {stops} stops");
             return Err(ParameterError::new("name", name.to_owned(), allowed));
         }
         Ok(found)
+    }
+
+    /// The stop whose number it is; none: of all, or of no stop.
+    #[must_use]
+    pub fn stop(&self) -> Option<usize> {
+        match *self {
+            Self::DriveFrequency | Self::Phase => None,
+            Self::Gap(stop)
+            | Self::Restitution(stop)
+            | Self::Friction(stop)
+            | Self::OfCurve(_, stop) => stop,
+        }
+    }
+}
+
+impl Structure {
+    /// Its number of this name.
+    ///
+    /// # Errors
+    /// [`ParameterError`] if it has none: `restitution` is one of stops where it is a number, the
+    /// numbers of a curve of stops where it is that curve.
+    pub fn parameter(&self, name: &str) -> Result<StructureParameter, ParameterError> {
+        let stops = self.stops();
+        let parameter = StructureParameter::from_name(name, stops.len())?;
+        let mut of = match parameter.stop() {
+            Some(stop) => stops[stop..=stop].iter(),
+            None => stops.iter(),
+        };
+        match parameter {
+            StructureParameter::Restitution(_) => {
+                let Some(curve) = of.find_map(Stop::restitution_curve) else {
+                    return Ok(parameter);
+                };
+                let names = curve.names().join(", ");
+                let allowed = format!("the numbers of the restitution curve of a stop: {names}");
+                Err(ParameterError::new("name", name.to_owned(), allowed))
+            }
+            StructureParameter::OfCurve(number, _) => {
+                if of.any(|stop| stop.coefficient().place_of(number).is_some()) {
+                    return Ok(parameter);
+                }
+                let allowed = "that of a stop whose restitution is a curve with this number";
+                Err(ParameterError::new("name", name.to_owned(), allowed))
+            }
+            _ => Ok(parameter),
+        }
     }
 }

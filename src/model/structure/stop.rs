@@ -1,8 +1,12 @@
 //! The stops of a structure.
 
+use std::sync::Arc;
+
 use super::modes::Modes;
 use super::{StructureParameter, checked_vector};
+use crate::model::coefficient::Coefficient;
 use crate::model::error::ParameterError;
+use crate::model::restitution::RestitutionCurve;
 use crate::numerics::double_double::DoubleDouble;
 
 /// A tangent whose ac - b^2 is at most this part of ac is parallel to the normal.
@@ -14,6 +18,7 @@ pub struct Stop {
     normal: Vec<f64>,
     gap: f64,
     restitution: f64,
+    restitution_curve: Option<Arc<RestitutionCurve>>,
     friction: f64,
     tangent: Option<Vec<f64>>,
     amplitude: f64,
@@ -29,6 +34,7 @@ impl Stop {
             normal: normal.into(),
             gap,
             restitution,
+            restitution_curve: None,
             friction: 0.0,
             tangent: None,
             amplitude: 0.0,
@@ -41,6 +47,23 @@ impl Stop {
     #[must_use]
     pub fn with_friction(self, friction: f64, tangent: impl Into<Vec<f64>>) -> Self {
         Self { friction, tangent: Some(tangent.into()), ..self }
+    }
+
+    /// A coefficient of restitution that depends on the approach velocity, in place of the number.
+    ///
+    /// # Example
+    /// ```
+    /// use vibroimpact::{RestitutionCurve, Stop};
+    ///
+    /// let falls = RestitutionCurve::power_law(0.9, 0.01, 0.25)?;
+    /// let stop = Stop::new([1.0], 0.3, 0.9).with_restitution_curve(falls);
+    /// assert_eq!(stop.restitution(), 0.9);
+    /// assert!((stop.restitution_curve().unwrap().at(0.16) - 0.45).abs() < 1e-15);
+    /// # Ok::<(), vibroimpact::ParameterError>(())
+    /// ```
+    #[must_use]
+    pub fn with_restitution_curve(self, curve: RestitutionCurve) -> Self {
+        Self { restitution: curve.lowest(), restitution_curve: Some(Arc::new(curve)), ..self }
     }
 
     /// A stop that moves with the drive, by amplitude cos(omega t + phase). The phase is its own.
@@ -61,10 +84,23 @@ impl Stop {
         self.gap
     }
 
-    /// Coefficient of restitution.
+    /// Coefficient of restitution; with a curve that of the lowest impacts.
     #[must_use]
     pub fn restitution(&self) -> f64 {
         self.restitution
+    }
+
+    /// The coefficient of restitution where it depends on the approach velocity.
+    #[must_use]
+    pub fn restitution_curve(&self) -> Option<&RestitutionCurve> {
+        self.restitution_curve.as_deref()
+    }
+
+    /// Its coefficient of restitution.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // a round of the lanes is compiled for several instruction sets
+    pub(crate) fn coefficient(&self) -> Coefficient<'_> {
+        Coefficient { number: self.restitution, curve: self.restitution_curve.as_deref() }
     }
 
     /// Coulomb's coefficient.
@@ -96,16 +132,28 @@ impl Stop {
         Self { gap: 0.0, amplitude: 0.0, ..self.clone() }
     }
 
-    /// The stop with another gap, restitution or friction; the rest is not its own.
-    pub(super) fn with(&self, parameter: StructureParameter, value: f64) -> Self {
+    /// The stop with another number of its own; the rest is not, nor a number of a curve that it has
+    /// not.
+    pub(super) fn with(
+        &self,
+        parameter: StructureParameter,
+        value: f64,
+    ) -> Result<Self, ParameterError> {
         let mut stop = self.clone();
         match parameter {
             StructureParameter::Gap(_) => stop.gap = value,
             StructureParameter::Restitution(_) => stop.restitution = value,
             StructureParameter::Friction(_) => stop.friction = value,
+            StructureParameter::OfCurve(name, _) => {
+                if let Some(curve) =
+                    self.restitution_curve().and_then(|curve| curve.with(name, value))
+                {
+                    stop = stop.with_restitution_curve(curve?);
+                }
+            }
             StructureParameter::DriveFrequency | StructureParameter::Phase => {}
         }
-        stop
+        Ok(stop)
     }
 
     /// The same stop, its phase ahead by this angle.
@@ -158,8 +206,7 @@ impl Stop {
         driven: bool,
     ) -> Result<(), ParameterError> {
         let named = |what: &str| format!("stops[{place}].{what}");
-        self.check()
-            .map_err(|error| ParameterError { name: named(&error.name).into(), ..error })?;
+        self.check().map_err(|error| of_stop(place, error))?;
         checked_vector(&named("normal"), &self.normal, count)?;
         if self.amplitude != 0.0 && !driven {
             let allowed = "0 with drive_frequency = 0: a stop moves with the drive";
@@ -167,6 +214,11 @@ impl Stop {
         }
         Ok(())
     }
+}
+
+/// The refusal of a number of the stop of this place.
+pub(super) fn of_stop(place: usize, error: ParameterError) -> ParameterError {
+    ParameterError { name: format!("stops[{place}].{}", error.name).into(), ..error }
 }
 
 /// A stop as the modes and an impact see it.

@@ -4,8 +4,10 @@
 use nalgebra::{Complex, DMatrix};
 
 use super::damping::Damping;
-use super::{Structure, StructureParameter, StructureState, checked_matrix, checked_vector};
+use super::parameter::KNOWN as KNOWN_NUMBERS;
+use super::{Stop, Structure, StructureParameter, StructureState, checked_matrix, checked_vector};
 use crate::model::error::ParameterError;
+use crate::model::restitution::{MOST_KNOTS, RestitutionCurve};
 
 /// How the numbers of a stop vary.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -18,8 +20,10 @@ pub struct StopVariation {
     pub friction: f64,
     /// of the amplitude of its motion,
     pub amplitude: f64,
-    /// and of its phase.
+    /// of its phase,
     pub phase: f64,
+    /// and of the numbers of its restitution curve, in their order.
+    pub of_curve: [f64; MOST_KNOTS],
 }
 
 /// The derivatives of the fields of a structure, and of a start, by one number; what is left out
@@ -76,8 +80,9 @@ pub(crate) struct ModalVariation {
 }
 
 const KNOWN: &str = "drive_frequency, phase; gap, restitution, friction of all stops, or of one of \
-                     them, gap_0 ...; an entry and its mirror image of a matrix, stiffness[0, 1] \
-                     ...; a component of the start, q_0, v_0 ...";
+                     them, gap_0 ...; numbers of their restitution curves, r_1, r_1_0 ...; an entry \
+                     and its mirror image of a matrix, stiffness[0, 1] ...; a component of the start, \
+                     q_0, v_0 ...";
 
 impl Variation {
     /// The variation of this name: a number of [`StructureParameter`]; `"stiffness[0, 1]"`,
@@ -111,38 +116,44 @@ impl Variation {
             (if of_rate { &mut start.v } else { &mut start.q })[place] = 1.0;
             return Ok(Self { start: Some(start), ..Self::default() });
         }
-        let stops = structure.stops().len();
-        let parameter = StructureParameter::from_name(name, stops).map_err(|error| {
-            let known = error.allowed.starts_with("that of");
-            let allowed = if known { error.allowed.to_string() } else { KNOWN.to_owned() };
+        let parameter = structure.parameter(name).map_err(|error| {
+            let unknown = error.allowed == KNOWN_NUMBERS;
+            let allowed = if unknown { KNOWN.to_owned() } else { error.allowed.to_string() };
             ParameterError::new("names", name, allowed)
         })?;
-        Ok(Self::of(parameter, stops))
+        Ok(Self::of(parameter, structure))
     }
 
     /// By one of the numbers that a structure is varied by.
-    fn of(parameter: StructureParameter, stops: usize) -> Self {
-        let one = match parameter {
-            StructureParameter::DriveFrequency => {
-                return Self { drive_frequency: 1.0, ..Self::default() };
+    fn of(parameter: StructureParameter, structure: &Structure) -> Self {
+        let varied = |stop: &Stop| {
+            let mut own = StopVariation::default();
+            match parameter {
+                StructureParameter::Gap(_) => own.gap = 1.0,
+                StructureParameter::Restitution(_) => own.restitution = 1.0,
+                StructureParameter::Friction(_) => own.friction = 1.0,
+                StructureParameter::OfCurve(number, _) => {
+                    if let Some(place) = stop.coefficient().place_of(number) {
+                        own.of_curve[place] = 1.0;
+                    }
+                }
+                StructureParameter::DriveFrequency | StructureParameter::Phase => {}
             }
-            StructureParameter::Phase => return Self { phase: 1.0, ..Self::default() },
-            StructureParameter::Gap(_) => StopVariation { gap: 1.0, ..StopVariation::default() },
-            StructureParameter::Restitution(_) => {
-                StopVariation { restitution: 1.0, ..StopVariation::default() }
-            }
-            StructureParameter::Friction(_) => {
-                StopVariation { friction: 1.0, ..StopVariation::default() }
-            }
+            own
         };
-        let which = match parameter {
-            StructureParameter::Gap(of)
-            | StructureParameter::Restitution(of)
-            | StructureParameter::Friction(of) => of,
-            _ => None,
-        };
-        let at = |stop| if which.is_none_or(|which| which == stop) { one } else { <_>::default() };
-        Self { stops: (0..stops).map(at).collect(), ..Self::default() }
+        match parameter {
+            StructureParameter::DriveFrequency => Self { drive_frequency: 1.0, ..Self::default() },
+            StructureParameter::Phase => Self { phase: 1.0, ..Self::default() },
+            _ => {
+                let which = parameter.stop();
+                let stops = structure.stops().iter().enumerate();
+                let at = |(place, stop)| {
+                    let is_of = which.is_none_or(|which| which == place);
+                    if is_of { varied(stop) } else { StopVariation::default() }
+                };
+                Self { stops: stops.map(at).collect(), ..Self::default() }
+            }
+        }
     }
 
     /// Refuses what a structure cannot be varied by; `name` is that of the number.
@@ -194,7 +205,7 @@ impl Variation {
         }
         for (place, (stop, at)) in self.stops.iter().zip(structure.stops()).enumerate() {
             let of = |field: &str| of(&format!("{field}_{place}"));
-            let StopVariation { gap, restitution, friction, amplitude, phase } = *stop;
+            let StopVariation { gap, restitution, friction, amplitude, phase, of_curve } = *stop;
             for (field, rate) in
                 [("gap", gap), ("restitution", restitution), ("friction", friction)]
             {
@@ -202,6 +213,21 @@ impl Variation {
             }
             for (field, rate) in [("amplitude", amplitude), ("phase", phase)] {
                 self.finite(&of(field), rate, driven)?;
+            }
+            let names = at.restitution_curve().map_or(&[][..], RestitutionCurve::names);
+            for (i, rate) in of_curve.into_iter().enumerate() {
+                let Some(name) = names.get(i) else {
+                    if rate != 0.0 {
+                        let allowed = format!("numbers of its restitution curve: {}", names.len());
+                        return Err(ParameterError::number(of("of_curve"), rate, allowed));
+                    }
+                    continue;
+                };
+                self.finite(&of(name), rate, true)?;
+            }
+            if restitution != 0.0 && !names.is_empty() {
+                let allowed = format!("the numbers of its restitution curve: {}", names.join(", "));
+                return Err(ParameterError::number(of("restitution"), restitution, allowed));
             }
             if friction != 0.0 && at.friction() == 0.0 {
                 let allowed = "a stop with friction > 0: without friction it has no tangent";

@@ -1,13 +1,15 @@
 //! A structure with some of its numbers changed: its modes, which take most of the time to make one,
 //! are those that it has.
 
+use super::stop::of_stop;
 use super::{Simultaneous, StopContactRows, Structure, StructureParameter};
 use crate::model::error::ParameterError;
 
 impl Structure {
     /// The structure with one number changed: its `drive_frequency` or `phase`; `gap`,
-    /// `restitution` or `friction` of all stops, or of one of them, `gap_0`. It is the same, bit by
-    /// bit, as one built with that number.
+    /// `restitution` or `friction` of all stops, or of one of them, `gap_0`; a number of the restitution
+    /// curve of those stops that have it, or of one, `r_1_0`. It is the same, bit by bit, as one built
+    /// with that number.
     ///
     /// # Errors
     /// [`ParameterError`] for another name, or a value out of range.
@@ -25,7 +27,7 @@ impl Structure {
     /// ```
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
         let mut changed = self.clone();
-        let parameter = StructureParameter::from_name(name, self.stops.len())?;
+        let parameter = self.parameter(name)?;
         match parameter {
             StructureParameter::DriveFrequency => {
                 if !(0.0..=1e50).contains(&value) {
@@ -43,11 +45,9 @@ impl Structure {
                 }
                 changed.phase = value;
             }
-            StructureParameter::Gap(place)
-            | StructureParameter::Restitution(place)
-            | StructureParameter::Friction(place) => {
+            _ => {
                 let all = 0..self.stops.len();
-                for place in place.map_or(all, |place| place..place + 1) {
+                for place in parameter.stop().map_or(all, |place| place..place + 1) {
                     changed.change_stop(place, parameter, value)?;
                 }
             }
@@ -61,7 +61,8 @@ impl Structure {
         parameter: StructureParameter,
         value: f64,
     ) -> Result<(), ParameterError> {
-        let stop = self.stops[place].with(parameter, value);
+        let stop =
+            self.stops[place].with(parameter, value).map_err(|error| of_stop(place, error))?;
         stop.checked(place, self.coordinates(), self.drive_frequency > 0.0)?;
         if let StructureParameter::Friction(_) = parameter {
             if stop.tangent().is_none() && value > 0.0 {

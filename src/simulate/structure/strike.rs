@@ -336,8 +336,9 @@ impl Motion {
         let wanted: Vec<(f64, f64)> = at
             .iter()
             .map(|&(i, u)| {
-                let restitution = structure.stops()[i as usize].restitution();
-                (u + restitution * u.max(0.0), REST_NOISE * EPS * speed)
+                let before = u.max(0.0);
+                let restitution = structure.stops()[i as usize].coefficient().at(before);
+                (u + restitution * before, REST_NOISE * EPS * speed)
             })
             .collect();
         let impulses = impulses(structure, &stops, &wanted)?;

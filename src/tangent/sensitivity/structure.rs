@@ -237,6 +237,9 @@ impl Follower<'_> {
             StructureEvent::Impact(impact) if self.of.is_at_border(impact) => {
                 Some(OneSidedReason::RegimeBorder)
             }
+            StructureEvent::Impact(event) if self.of.is_at_knot(&event.impact) => {
+                Some(OneSidedReason::RestitutionKnot)
+            }
             StructureEvent::Closed(contact) if self.of.is_at_border_of_contact(contact) => {
                 let onset = self.rows.chatter == Some(contact.clock);
                 let onset = onset.then_some(OneSidedReason::ChatterOnset);

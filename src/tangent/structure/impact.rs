@@ -6,6 +6,7 @@ use super::rates::Linearised;
 use crate::impact::{PathEnd, Regime, RegimeKind, StopImpact};
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::ImpactLaw;
+use crate::model::restitution::RestitutionAt;
 use crate::model::state::Clock;
 use crate::model::structure::Structure;
 use crate::numerics::dual::{Dual, Number};
@@ -64,7 +65,11 @@ impl<const D: usize> StopInRegime<D> {
             side: numbers.side,
             friction: number(numbers.friction, 3),
         };
-        let (restitution, law) = (number(at.restitution(), 2), structure.law());
+        let RestitutionAt { value, by_speed } = at.coefficient().with_slope(approach);
+        let (mut restitution, law) = (number(value, 2), structure.law());
+        if by_speed != 0.0 {
+            restitution = Dual::chain(value, [(1.0, restitution), (by_speed, u)]);
+        }
         let direction = if direction == 0.0 { 1.0 } else { direction };
         let (switch, end) = regime_path(&contact, (restitution, &law), kind, direction);
         let one_body = structure.coordinates() == 1 && at.amplitude() == 0.0;
@@ -181,7 +186,7 @@ impl Linearised {
         let rubs = impact.regime.kind() != RegimeKind::Frictionless;
         let tangent = structure.stops()[impact.stop].tangent().filter(|_| rubs).unwrap_or(&[]);
         let ds = along(tangent, events, count);
-        let [by_restitution, by_friction] = self.by_law(impact.stop);
+        let [by_restitution, by_friction] = self.by_law(impact.stop, impact.approach_velocity);
         let mut parts = vec![du, ds, by_restitution, by_friction];
         let [n, t] = self.modal_rows(impact.stop);
         for (x, y) in [(&n, &n), (&n, &t), (&t, &t)] {
@@ -214,16 +219,18 @@ impl Linearised {
             .iter()
             .map(|impact| {
                 let stop = impact.stop;
-                let restitution = structure.stops()[stop].restitution();
+                let u = impact.approach_velocity;
+                let RestitutionAt { value, by_speed } =
+                    structure.stops()[stop].coefficient().with_slope(u);
                 let mut change = self.rate_change(stop, clock, events, delay);
                 if stop == met {
-                    change *= 1.0 + restitution;
+                    change *= 1.0 + value + by_speed * u;
                 }
                 if !self.by.is_empty() {
                     change -= self.by_other_mobility(stop, impacts);
                     if stop == met {
-                        let [by_law, _] = self.by_law(stop);
-                        change += by_law * impact.approach_velocity;
+                        let [by_law, _] = self.by_law(stop, u);
+                        change += by_law * u;
                     }
                 }
                 change
@@ -306,6 +313,12 @@ impl Linearised {
             _ => coupling.abs() + contact.grip().value,
         };
         met.borders().iter().any(|at| at.value.abs() <= AT_BORDER * size(at.border))
+    }
+
+    /// Whether an impact lies at a knot of the restitution curve, to rounding.
+    pub fn is_at_knot(&self, impact: &StopImpact) -> bool {
+        let stop = &self.structure.stops()[impact.stop];
+        stop.coefficient().is_at_knot(impact.approach_velocity)
     }
 
     /// Whether a stop closes without force, or sticks at the limit of friction, to rounding.

@@ -349,8 +349,10 @@ impl Perturbed {
     fn sample(&mut self, event: &StopImpactEvent, delay: &RowDVector<f64>) {
         let (stop, kind) = (event.impact.stop, event.impact.regime.kind());
         let slip = self.of.structure.slip(stop, &event.post.v);
+        let coefficient = self.of.structure.stops()[stop].coefficient();
+        let piece = coefficient.piece(event.impact.approach_velocity);
         self.samples.take(Sample {
-            contact: (stop, kind, slip > 0.0),
+            contact: (stop, kind, slip > 0.0, piece),
             separation: -event.impact.separation_velocity,
             change: -self.of.rate_change(stop, event.clock, &self.columns, delay),
             clock: event.clock,

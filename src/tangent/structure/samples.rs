@@ -18,8 +18,8 @@ const FEWEST: usize = 3;
 /// What an impact leaves behind, with its perturbations.
 #[derive(Debug, Clone)]
 pub(super) struct Sample {
-    /// Stop, regime, direction of slip.
-    pub contact: (usize, RegimeKind, bool),
+    /// Stop, regime, direction of slip, piece of the restitution curve.
+    pub contact: (usize, RegimeKind, bool, usize),
     /// -u, and its change.
     pub separation: f64,
     pub change: RowDVector<f64>,

@@ -2,9 +2,11 @@
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
+use smallvec::SmallVec;
+
 use super::rates::{Linearised, Varied};
 use crate::model::state::Clock;
-use crate::model::structure::{Structure, StructureState};
+use crate::model::structure::{StopVariation, Structure, StructureState};
 use crate::simulate::{AnchorOf, Model};
 
 impl Linearised {
@@ -60,10 +62,22 @@ impl Linearised {
         self.by.iter().any(|varied| varied.modal.mass.is_some())
     }
 
-    /// Derivatives by restitution and friction of a stop of each column.
-    pub fn by_law(&self, stop: usize) -> [RowDVector<f64>; 2] {
+    /// Derivatives of r of an impact on a stop at the approach velocity u, and of its friction, of each
+    /// column.
+    pub fn by_law(&self, stop: usize, u: f64) -> [RowDVector<f64>; 2] {
+        let coefficient = self.structure.stops()[stop].coefficient();
+        let numbers = coefficient.curve.map_or(0, |curve| curve.names().len());
+        let by_numbers: SmallVec<[f64; 4]> =
+            (0..numbers).map(|place| coefficient.by_number(u, place)).collect();
+        let of_curve = |own: &StopVariation| {
+            let terms = by_numbers.iter().zip(&own.of_curve);
+            terms.map(|(by, rate)| by * rate).sum::<f64>()
+        };
         [
-            self.each(|varied| varied.by.stop(stop).restitution),
+            self.each(|varied| {
+                let own = varied.by.stop(stop);
+                own.restitution + of_curve(&own)
+            }),
             self.each(|varied| varied.by.stop(stop).friction),
         ]
     }

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import cast
 
-from flint import arb, arb_mat, ctx, fmpq
+from flint import arb, arb_mat, ctx
 
 from ..contact import Undecided
 from ..dual import Dual
@@ -149,9 +149,13 @@ def _after(
     rates = {j: hold.rates[j] * spread if j in struck else zero for j in done.rates}
     if done.together:
         stops = [impact.stop for impact in done.impacts]
-        # a closed stop that others press gets no velocity back
-        back = {j: structure.stops[j].restitution if j in struck else fmpq(0) for j in stops}
-        changes = [(rates[j] * (1 + arb(back[j]))).entries() for j in stops]
+        changes = []
+        for j, *each in zip(stops, *(all_of.impacts for all_of in both), strict=True):
+            u = Dual(each[0].approach_velocity.union(each[1].approach_velocity), rates[j])
+            # a closed stop that others press gets no velocity back
+            r = structure.stops[j].restitution_at(cast("arb", u))
+            back = r if j in struck else arb(0)
+            changes.append(Dual.of(u + back * u, u).row.entries())
         impulses = arb_mat(hold.pull(stops).inv()) * arb_mat(changes) if stops else arb_mat(0, 0)
         for j, change in zip(stops, impulses.tolist(), strict=True):
             spread = spread - structure.push(structure.stops[j].normal) * arb_mat([change])

@@ -121,12 +121,13 @@ def planar(structure: Structure, j: int, u: arb, s: arb) -> tuple[Path, arb, arb
     if stop.tangent is not None:
         b = arb(structure.coupling(stop.normal, stop.tangent))
         c = arb(structure.coupling(stop.tangent, stop.tangent))
-    impact = PlanarImpact(arb(stop.restitution), arb(stop.friction), b, c, a - b**2 / c)
+    r = stop.restitution_at(u)
+    impact = PlanarImpact(r, arb(stop.friction), b, c, a - b**2 / c)
     path = impact.path(structure.law, s, u - b / c * s)
     tangential = arb(0) if stop.tangent is None else (path.s - s + b * path.impulse) / c
     # exactly -r u where nothing bends: a plastic impact leaves 0
     straight = path.regime in ("frictionless", "slip") or stop.restitution == 0
-    return path, tangential, -arb(stop.restitution) * u if straight else path.w + b / c * path.s
+    return path, tangential, -r * u if straight else path.w + b / c * path.s
 
 
 def _simultaneous(structure: Structure, struck: Sequence[int], held: Sequence[int]) -> bool:
@@ -184,7 +185,7 @@ def _together(hold: Hold, rates: dict[int, arb], z: arb_mat) -> Struck:
     """One linear complementarity problem, by trial of all sets of stops with an impulse."""
     structure, stops = hold.structure, sorted(rates)
     speed = {j: rates[j] if settled(rates[j]) > 0 else arb(0) for j in stops}
-    wanted = {j: -arb(structure.stops[j].restitution) * speed[j] for j in stops}
+    wanted = {j: -structure.stops[j].restitution_at(speed[j]) * speed[j] for j in stops}
     for count in range(len(stops), -1, -1):
         for chosen in combinations(stops, count):
             impulses = _impulses(hold, chosen, [rates[j] - wanted[j] for j in chosen])

@@ -20,8 +20,9 @@ from typing import Any, TypeVar, cast, get_args
 
 from flint import acb, arb, arb_mat, ctx, fmpq, fmpq_mat
 
-from ..flight import Number, exact
+from ..flight import Curve, Number, exact
 from ..impact import Law
+from ..restitution import curve_of, restitution_at
 
 T = TypeVar("T")
 #: Part of the largest eigenvalue of M^-1 K below which one is a rigid-body mode, to rounding.
@@ -41,23 +42,32 @@ class Stop:
     tangent: fmpq_mat | None
     amplitude: fmpq
     phase: fmpq
+    #: r(u) in place of the number, which is then that of the lowest impacts.
+    curve: Curve | None = None
 
     @classmethod
     def parse(cls, values: Mapping[str, Any], size: int) -> Stop:
         """From a mapping with the names of `Structure.parse`."""
         friction = exact(values.get("friction", 0))
+        given = values["restitution"]
+        curve = curve_of(given) if isinstance(given, Mapping) else None
         tangent = values.get("tangent")
         if friction != 0 and tangent is None:
             raise ValueError("a stop with friction needs a tangent")
         return cls(
             _row(values["normal"], size),
             exact(values["gap"]),
-            exact(values["restitution"]),
+            exact(given) if curve is None else curve.lowest,
             friction,
             None if friction == 0 else _row(cast("Sequence[Number]", tangent), size),
             exact(values.get("amplitude", 0)),
             exact(values.get("phase", 0)),
+            curve,
         )
+
+    def restitution_at(self, u: arb) -> arb:
+        """The coefficient of restitution at the approach velocity u."""
+        return arb(self.restitution) if self.curve is None else restitution_at(self.curve, u)
 
     def rows(self) -> list[fmpq_mat]:
         """The normal, and the tangent if there is friction."""
@@ -88,7 +98,8 @@ class Structure:
         Names: mass, stiffness (N, N); damping (N, N) or damping_ratios (N,), in the order of
         ascending frequency; static_load (N,); drive_amplitude (N,), complex or pairs of real and
         imaginary part; drive_frequency, phase; law; simultaneous; stops, each a mapping with
-        normal (N,), gap, restitution and perhaps friction, tangent (N,), amplitude, phase.
+        normal (N,), gap, restitution (a number, or the fields of a curve) and perhaps friction,
+        tangent (N,), amplitude, phase.
 
         Raises
         ------
