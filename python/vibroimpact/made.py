@@ -27,7 +27,7 @@ from .errors import ParameterError, StateError
 from .machine import Machine
 from .machine_kinds import is_maker, is_structure, need_system
 from .physical import QUANTITIES
-from .restitution import constant
+from .restitution import is_alike
 from .scales import in_si, needed
 from .stop import is_of_stops, value_of_stops
 from .structure import Structure
@@ -76,8 +76,6 @@ def made(function: Callable[..., Any], values: Mapping[str, float], *kinds: type
         raise ParameterError(
             f"at {in_words(values)}: the function gave {in_short(found)}; allowed: {allowed}"
         )
-    if isinstance(found, System):
-        constant(found.restitution, "a system that a function makes")
     return found
 
 
@@ -293,14 +291,14 @@ class MadeSystem(Made, System):
     _KIND = System
 
     def derivatives(self, names: Sequence[str]) -> NDArray[np.float64]:
-        """Return the derivatives of all PARAMETERS by some numbers, shape (parameters, names)."""
+        """Return the derivatives of all own numbers by some numbers, shape (own, names)."""
         return np.column_stack([self._derivative(name) for name in names])
 
     def basis(self, names: Sequence[str]) -> Basis:
         """Return the own numbers that change with some numbers."""
         derivatives = self.derivatives(names)
         moved = np.flatnonzero(derivatives.any(axis=1))
-        return Basis([[*PARAMETERS][k] for k in moved], {}, derivatives[moved])
+        return Basis([self._numbers_by_name[k] for k in moved], {}, derivatives[moved])
 
     def _derivative(self, name: str) -> NDArray[np.float64]:
         value, size = self._numbers[name], self._sizes[name]
@@ -309,9 +307,11 @@ class MadeSystem(Made, System):
         def at(steps: float) -> NDArray[np.float64] | None:
             numbers = self._numbers | {name: value + steps * step}
             try:
-                return _row(made(self._function, numbers, System))
+                there = made(self._function, numbers, System)
             except ParameterError:
                 return None
+            _must_have_numbers(numbers, there, self)
+            return _row(there)
 
         here, above, below = _row(self), at(1.0), at(-1.0)
         if above is not None and below is not None:
@@ -334,12 +334,21 @@ def scale_of(number: float, size: float) -> float:
 
 
 def _row(system: System) -> NDArray[np.float64]:
-    return np.array([getattr(system, name) for name in PARAMETERS])
+    return np.array([getattr(system, name) for name in system._numbers_by_name])
 
 
 def rows_of(systems: Sequence[System]) -> NDArray[np.float64]:
-    """Return the numeric parameters of systems, in rows, in the order of PARAMETERS."""
-    return np.array([_row(system) for system in systems]).reshape(-1, len(PARAMETERS))
+    """Return the own numbers of systems that have the same ones, in rows, in their order."""
+    return np.array([_row(system) for system in systems])
+
+
+def _must_have_numbers(values: Mapping[str, float], found: System, like: System) -> None:
+    """Refuse a system whose restitution does not vary from that of another one by numbers."""
+    if not is_alike(found.restitution, like.restitution):
+        raise ParameterError(
+            f"at {in_words(values)}: restitution = {found.restitution!r} is not allowed; allowed: "
+            f"one with the numbers of {like.restitution!r}, and a table of its speeds"
+        )
 
 
 class MadeStructure(Made, Structure):
@@ -435,11 +444,12 @@ def started(
         structure = MadeStructure.of(function, numbers, sizes)
         _must_be(in_words(numbers), structure, start)
         return structure
-    constant(start.restitution, "a system that a function makes")
     system = MadeSystem.of(function, numbers, sizes)
-    for name in (*PARAMETERS, "contact", "law"):
+    _must_have_numbers(numbers, system, start)
+    for name in (*system._numbers_by_name, "contact", "law"):
         there, here = getattr(start, name), getattr(system, name)
-        close = name in PARAMETERS and math.isclose(there, here, rel_tol=_SAME, abs_tol=_SAME)
+        choice = name in ("contact", "law")
+        close = not choice and math.isclose(there, here, rel_tol=_SAME, abs_tol=_SAME)
         if there != here and not close:
             raise ParameterError(
                 f"at {in_words(numbers)} the function makes another system than the motion has: "

@@ -262,6 +262,13 @@ def names_of_curve(restitution: Any) -> tuple[str, ...]:
     return restitution.names if isinstance(restitution, RestitutionCurve) else ()
 
 
+def is_alike(one: Any, other: Any) -> bool:
+    """Whether two coefficients have the same numbers by name, and tables the same speeds."""
+    if isinstance(one, RestitutionTable) and isinstance(other, RestitutionTable):
+        return np.array_equal(one.speeds, other.speeds)
+    return names_of_curve(one) == names_of_curve(other)
+
+
 def constant(restitution: Restitution, what: str) -> float:
     """Return a coefficient of restitution that is a number, as some parts need it.
 

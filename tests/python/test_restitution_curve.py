@@ -297,13 +297,9 @@ def test_what_needs_a_number_says_so():
     run = vi.simulate(here, initial=START, periods=600, keep=60)
     stop = "restitution = RestitutionTable"
     for message, call in (
-        (stop, lambda: vi.Stop([1], 0.1, TABLE)),
         (stop, lambda: vi.impact_regimes(here)),
-        (stop, lambda: vi.explore(here)),
         (stop, lambda: vi.periodic_motions(here, 1)),
         (stop, lambda: vi.motion_map(here, drive_frequency=[1.0, 1.5])),
-        (stop, lambda: vi.bifurcation_diagram(
-            lambda x: system(TABLE, gap=x), x=[0.4, 0.5], initial=START, periods=5)),
         ("restitution", lambda: run.sensitivity("restitution")),
         ("restitution", lambda: vi.bifurcation_diagram(
             here, restitution=[0.5], initial=START, periods=5)),
@@ -315,3 +311,42 @@ def test_what_needs_a_number_says_so():
     proof = vi.prove(run.refine())
     assert proof.verdict == "undecided"
     assert "approach velocity" in proof.why
+
+
+def test_functions_that_make_systems():
+    """In SI: of a table the speeds stay the same, a power law may change in all of its numbers."""
+
+    def with_table(gap):
+        return system(vi.RestitutionTable(TABLE.speeds, [0.9, 0.75 - 0.1 * gap, 0.5]), gap=gap)
+
+    def with_law(stiffness):
+        return vi.System.from_physical(
+            pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=500,
+            stiffness=stiffness, gap=0.05, restitution=vi.RestitutionPowerLaw(0.9, 0.5, 0.2),
+            drive_frequency=180, moment_amplitude=300,
+        )  # fmt: skip
+
+    for maker, name, values in (
+        (with_table, "gap", [0.4, 0.5]),
+        (with_law, "stiffness", [49e3, 5e4]),
+    ):
+        diagram = vi.bifurcation_diagram(maker, **{name: values}, initial=START, periods=60, keep=5)
+        for place, value in enumerate(values):
+            made = maker(value)
+            run = vi.simulate(made, initial=START, periods=60, keep=5)
+            assert np.array_equal(diagram.run(place).impacts, run.impacts)
+            assert diagram.run(place).system == made
+    motion = vi.simulate(with_table(0.5), initial=START, periods=600, keep=60).refine()
+    branch = motion.follow(gap=(0.45, 0.5, 0.55), system=with_table)
+    [there] = branch.at(gap=0.47)
+    assert there.system == with_table(0.47)
+    own = vi.simulate(there.system, initial=there.initial, periods=there.m)
+    assert own.final_state.state == pytest.approx(there.initial, abs=1e-9)
+
+
+def test_functions_that_move_the_speeds_of_a_table_are_refused():
+    def maker(x):
+        return system(vi.RestitutionTable([0.05, x], [0.9, 0.5]))
+
+    with pytest.raises(vi.ParameterError, match=r"x = 0.4: restitution = .* its speeds"):
+        vi.bifurcation_diagram(maker, x=[0.3, 0.4], initial=START, periods=5)

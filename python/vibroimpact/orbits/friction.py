@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import PARAMETERS, Leg, LegKind, Regime
+from .._core import Leg, LegKind, Regime
 from ..arguments import reject
 from ..continuation.newton import solve
 from ..impacts import impact
@@ -39,7 +39,7 @@ def need_friction(system: System, names: Sequence[str]) -> None:
     """
     maker = made_from(system, names)
     if maker is not None and system.friction == 0.0:
-        friction = [*PARAMETERS].index("friction")
+        friction = system._numbers_by_name.index("friction")
         if maker.derivatives(names)[friction].any():
             reject("friction", 0.0, "> 0 at the start, where a function varies it")
 

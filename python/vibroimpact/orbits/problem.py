@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import PARAMETERS, Condition, Leg, StopCondition
+from .._core import Condition, Leg, StopCondition
 from ..continuation.map_bifurcations import (
     bialternate,
     neimark_sacker,
@@ -118,7 +118,7 @@ class OrbitProblem:
         """Return `residual` where a function makes the system: by the chain rule."""
         by_number = system.derivatives(self.parameters)
         moving = np.flatnonzero(by_number.any(axis=1))
-        names = [[*PARAMETERS][k] for k in moving]
+        names = [system._numbers_by_name[k] for k in moving]
         residual, jacobian = self.itinerary.residual(system._compiled, nodes, [])
         own = []
         for first in range(0, len(names), _AT_ONCE):
@@ -191,7 +191,9 @@ class OrbitProblem:
         try:
             if self.parameters and made_from(self.system, self.parameters) is not None:
                 rows = rows_of([self.system_at(p) for p in ps])
-                systems = _core.Systems(self.system._compiled, [*PARAMETERS], rows)
+                systems = _core.Systems(
+                    self.system._compiled, [*self.system._numbers_by_name], rows
+                )
             else:
                 systems = _core.Systems(self.system._compiled, list(self.parameters), ps)
         except ParameterError as error:

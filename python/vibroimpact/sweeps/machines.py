@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from .._core import PARAMETERS
 from ..arguments import reject, state, states
 from ..machine import Machine
 from ..machine_kinds import is_maker
+from ..restitution import is_alike
 from ..scales import Scales
 from ..system import System
 from .columns import COORDINATES
@@ -23,13 +23,7 @@ from .grid_machine import START, Array, GridMachine, Ran, Rows, Values, unlike
 FINAL = Field(
     "final_state", "float64", "x1, v1, x2, v2 at the end", (len(COORDINATES),), ("coordinate",)
 )
-PARAMETER_FIELD = Field(
-    "system_parameters",
-    "float64",
-    f"parameters of the system that the function made: {', '.join(PARAMETERS)}",
-    (len(PARAMETERS),),
-    ("system_parameter",),
-)
+_PARAMETERS = "system_parameters"
 SCALES_FIELD = Field(
     "system_scales", "float64", "its scales: length, mass, time in SI", (3,), ("scale",)
 )
@@ -75,7 +69,10 @@ class SystemMachine:
     @property
     def made_fields(self) -> tuple[Field, ...]:
         """Its parameters, and its scales where it has some."""
-        return (PARAMETER_FIELD, *(() if self.system.scales is None else (SCALES_FIELD,)))
+        names = self.numbers
+        what = f"parameters of the system that the function made: {', '.join(names)}"
+        field = Field(_PARAMETERS, "float64", what, (len(names),), ("system_parameter",))
+        return (field, *(() if self.system.scales is None else (SCALES_FIELD,)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields of the system."""
@@ -100,18 +97,21 @@ class SystemMachine:
             found, allowed = getattr(system, name), getattr(self.system, name)
             if found != allowed:
                 raise unlike(values, f"{name} =", found, f"{allowed!r}, as for the first values")
+        if not is_alike(system.restitution, self.system.restitution):
+            allowed = f"one with the numbers of {self.system.restitution!r}, a table of its speeds"
+            raise unlike(values, "restitution =", system.restitution, allowed)
         scales = system.scales
         if self.system.scales is None and scales is not None:
             raise unlike(values, "scales =", scales, "None, as for the first values")
         in_si = (math.nan,) * 3 if scales is None else (scales.length, scales.mass, scales.time)
         return {
-            PARAMETER_FIELD.name: [getattr(system, name) for name in PARAMETERS],
+            _PARAMETERS: [getattr(system, name) for name in self.numbers],
             SCALES_FIELD.name: in_si,
         }
 
     def at(self, row: Mapping[str, Array]) -> System:
         """Return the system of a row."""
-        made = dict(zip(PARAMETERS, row[PARAMETER_FIELD.name].tolist(), strict=True))
+        made = dict(zip(self.numbers, row[_PARAMETERS].tolist(), strict=True))
         scales = None
         if SCALES_FIELD.name in row:
             length, mass, time = row[SCALES_FIELD.name].tolist()
@@ -121,14 +121,14 @@ class SystemMachine:
 
     def entry_name(self, column: str, place: int) -> str:
         """Return the name of a parameter, a scale or a coordinate."""
-        names = {PARAMETER_FIELD.name: [*PARAMETERS], START: [*COORDINATES]}
+        names = {_PARAMETERS: [*self.numbers], START: [*COORDINATES]}
         return names.get(column, ["length", "mass", "time"])[place]
 
     def run(self, values: Values, columns: Values, starts: Array, **options: Any) -> Ran:
         """Run cells."""
-        if PARAMETER_FIELD.name in columns:
-            names: list[str] = [*PARAMETERS]
-            parameters = columns[PARAMETER_FIELD.name]
+        if _PARAMETERS in columns:
+            names = [*self.numbers]
+            parameters = columns[_PARAMETERS]
         else:
             names = [name for name in values if name in self.numbers]
             parameters = np.empty((len(starts), len(names)))

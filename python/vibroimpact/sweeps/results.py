@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core, archive
-from .._core import PARAMETERS
 from ..arguments import count, reject
 from ..arguments import path as checked_path
 from ..interruption import interruptible
@@ -34,7 +33,6 @@ _MOST_CELLS = 1_000_000
 _MOST_LABELS = 6
 # What the entries of a column with an inner dimension are called in a data frame, else numbers.
 _ENTRIES: dict[str, tuple[str, ...]] = {
-    "system_parameter": tuple(PARAMETERS),
     "scale": ("length", "mass", "time"),
 }
 # The cells with these statuses have come to the end of their run.
@@ -291,6 +289,8 @@ class GridResult(Shown):
         """Return the names of the entries of a column with inner dimensions, in C order."""
         if "coordinate" in entry.dims:
             return self._machine.coordinates
+        if entry.dims[0] == "system_parameter":
+            return self._machine.numbers
         numbers = tuple(map(str, range(1, entry.shape[0] + 1)))
         return _ENTRIES.get(entry.dims[0], numbers)
 
