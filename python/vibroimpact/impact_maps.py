@@ -76,7 +76,7 @@ def impact_regimes(
     (11, 11)
     """
     need_system(system)
-    constant(system.restitution, "maps of impacts")
+    constant(system.restitution, "maps of impacts, such as restitution(u) at one speed")
     angles = _cells(np.pi / 2) if x1 is None else axis("x1", x1)
     if velocity_ratio is None:
         ratios = _cells(_widest_ratio(system))
@@ -156,7 +156,7 @@ def impact_agreement(
     (3, 6, 2)
     """
     need_system(system)
-    constant(system.restitution, "maps of impacts")
+    constant(system.restitution, "maps of impacts, such as restitution(u) at one speed")
     cells = count("cells", cells, least=2)
     numbers = [
         count("steps", number, least=1, most=MOST_STEPS)

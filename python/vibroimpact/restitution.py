@@ -284,6 +284,25 @@ def constant(restitution: Restitution, what: str) -> float:
     return restitution
 
 
+def need_constants(machine: Any, what: str) -> None:
+    """Refuse a system, or a structure, whose restitution depends on the approach velocity.
+
+    Raises
+    ------
+    ParameterError
+        As `constant`.
+    """
+    for each in getattr(machine, "stops", (machine,)):
+        constant(each.restitution, what)
+
+
+def is_one(restitution: Restitution) -> bool:
+    """Whether no impact loses energy by restitution."""
+    if isinstance(restitution, RestitutionTable):
+        return bool((restitution.values == 1.0).all())
+    return restitution == 1.0
+
+
 def in_units(restitution: Restitution, speed: float) -> Restitution:
     """Return a coefficient of restitution whose speeds are `speed` times as large."""
     if isinstance(restitution, RestitutionTable | RestitutionPowerLaw):

@@ -72,12 +72,12 @@ fn forces_and_velocities_balance_in_contact() {
                 for (((time, state), force), (_, weight)) in
                     times.iter().zip(&states).zip(&forces).zip(&rule)
                 {
-                    let rates = rates(&system, *time, state, force.normal, force.tangential);
+                    let rates = rates(system, *time, state, force.normal, force.tangential);
                     for (i, rate) in rates.into_iter().enumerate() {
                         sums[i] += (b - a) * weight * rate;
                         sizes[i] = sizes[i].max((b - a) * rate.abs());
                     }
-                    constraint = constraint.max(constraint_error(&system, state));
+                    constraint = constraint.max(constraint_error(system, state));
                 }
                 let energy = |s: &[f64; 4]| 0.5 * s[1] * s[1] + 0.5 * s[3] * s[3] / m;
                 for i in 0..5 {

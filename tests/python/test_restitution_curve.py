@@ -308,6 +308,8 @@ def test_what_needs_a_number_says_so():
     ):  # fmt: skip
         with pytest.raises(vi.ParameterError, match=message):
             call()
+    with pytest.raises(vi.ParameterError, match="for proofs of branches"):
+        vi.prove(run.refine().follow(r_2=(0.49, 0.5)))
     proof = vi.prove(run.refine())
     assert proof.verdict == "undecided"
     assert "approach velocity" in proof.why

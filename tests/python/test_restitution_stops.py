@@ -366,6 +366,8 @@ def test_what_is_refused_says_so():
     ):  # fmt: skip
         with pytest.raises(vi.ParameterError, match=message):
             call()
+    with pytest.raises(vi.ParameterError, match="for proofs of branches"):
+        vi.prove(run.refine().follow(gap=(0.19, 0.2)))
     proof = vi.prove(run.refine())
     assert proof.verdict == "undecided"
     assert "approach velocity" in proof.why

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..made import MadeStructure, MadeSystem
 from ..orbits.branch import Branch, Piece
+from ..restitution import need_constants
 from ..system import SYMBOLS, System
 from .branch_files import branch_proof_of
 from .branch_result import BranchProof
@@ -49,6 +50,7 @@ def proved_branch(
     """What can be shown of a branch in a range of its parameter; whether Ctrl-C ended it."""
     name, pieces, interrupted = branch.parameter, [], False
     first = branch.pieces[0].motion(0)
+    need_constants(first.system, "proofs of branches")
     machine, place = machine_in_text(first), _place(branch)
     for parts in _joined(branch, within):
         motion = parts[0].motion(0)

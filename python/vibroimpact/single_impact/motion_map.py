@@ -82,7 +82,7 @@ def motion_map(
     (3,)
     """
     need_system(system)
-    constant(system.restitution, "the equations of motions with one impact")
+    constant(system.restitution, "intervals of one unknown (search_motions takes it)")
     n = count("n", n, least=1, most=100_000)
     limits = None if within is None else limits_of(within)
     grid = _grid(dict(parameters))

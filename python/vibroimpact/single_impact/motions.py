@@ -82,7 +82,7 @@ def periodic_motions(
     ['unstable', 'unstable', 'stable', 'unstable', 'unstable', 'unstable', 'unstable', 'unstable']
     """
     need_system(system)
-    constant(system.restitution, "the equations of motions with one impact")
+    constant(system.restitution, "intervals of one unknown (search_motions takes it)")
     n = count("n", n, least=1, most=100_000)
     check_system(system)
     limits = None if within is None else limits_of(within)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...orbits.motion import PeriodicMotion
+from ...restitution import is_one
 from ...simulation import simulate
 from ...structure_motion import StructureOrbit
 from ...system import System
@@ -195,11 +196,11 @@ def _is_lossless(system: Any) -> bool:
     """Whether nothing takes energy."""
     if isinstance(system, System):
         damped = system.pendulum_damping or system.oscillator_damping
-        return system.restitution == 1.0 and not (system.friction or damped)
+        return is_one(system.restitution) and not (system.friction or damped)
     damping = (system.damping, system.damping_ratios)
     damped = any(each is not None and np.any(each) for each in damping)
     return not damped and all(
-        stop.restitution == 1.0 and not stop.friction for stop in system.stops
+        is_one(stop.restitution) and not stop.friction for stop in system.stops
     )
 
 
