@@ -496,17 +496,3 @@ def test_what_only_a_structure_has_is_refused(run_command):
     assert code == 2
     assert "most = 2" in err
     assert run_command(line.replace("--gap 0.5", "--set gap 0.5"))[0] == 0
-
-
-def test_a_restitution_that_depends_on_the_speed(rig):
-    curve = "{ speeds = [0.05, 1.0], values = [0.9, 0.5] }"
-    text = FILE.replace("restitution = 0.8", f"restitution = {curve}")
-    table_of = vi.RestitutionTable([0.05, 1.0], [0.9, 0.5])
-    made = MADE.replace(restitution_1=table_of)
-    rig("simulate --save run.npz", text=text)
-    assert vi.load("run.npz").system == made
-    rig("simulate --set r-1 0.6 --set r-0-1 0.95 --save run.npz", text=text)
-    assert vi.load("run.npz").system == made.replace(r_1=0.6, r_0_1=0.95)
-    rig("diagram --vary r-1 0.4 0.6 3 --quiet --periods 20 --keep 5 --save d.npz", text=text)
-    assert vi.load("d.npz").parameter.tolist() == [0.4, 0.5, 0.6]
-    assert "did you mean r-1?" in rig("simulate --set r-3 0.6", text=text, code=2)

@@ -344,6 +344,29 @@ def test_a_value_of_a_table_is_found_from_times_of_impacts():
     assert abs(found.values["r_2"] - 0.5) < 4.0 * found.errors["r_2"] < 0.01
 
 
+def test_a_file_of_the_command_line(run_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    curve = "{ speeds = [0.05, 0.3, 1.0], values = [0.9, 0.75, 0.5] }"
+    (tmp_path / "rig.toml").write_text(
+        "[structure]\nmass = [[1]]\nstiffness = [[1]]\ndamping_ratios = [0.02]\n"
+        "drive_amplitude = [1]\ndrive_frequency = 2.0\n"
+        f"stops = [{{ normal = [1], gap = 0.2, restitution = {curve} }}]\n"
+        "[run]\ninitial = [[0], [0]]\nperiods = 60\nkeep = 20\n",
+        encoding="utf-8",
+    )
+    assert run_command("simulate --system rig.toml --save run.npz")[0] == 0
+    run = vi.simulate(single(TABLE), initial=REST[1], periods=60, keep=20)
+    assert vi.load("run.npz") == run
+    line = "simulate --system rig.toml --set r-1 0.6 --set r-0-0 0.95 --save run.npz"
+    assert run_command(line)[0] == 0
+    assert vi.load("run.npz").system == single(TABLE).replace(r_1=0.6, r_0=0.95)
+    line = "diagram --system rig.toml --vary r-1 0.4 0.6 3 --quiet --periods 20 --keep 5"
+    assert run_command(f"{line} --save d.npz")[0] == 0
+    assert vi.load("d.npz").parameter.tolist() == [0.4, 0.5, 0.6]
+    code, _, said = run_command("simulate --system rig.toml --set r-3 0.6")
+    assert (code, "r-1, r-2" in said) == (2, True)
+
+
 def test_what_is_refused_says_so():
     here = single(TABLE)
     mixed = pair(0.7, LAW)
