@@ -140,7 +140,7 @@ def test_the_presets_of_the_paper_are_its_figures():
 
 
 def test_every_parameter_has_one_control_with_its_symbol_and_range():
-    grouped = [name for names in OfSystem.groups.values() for name in names]
+    grouped = [name for names in OfSystem(DEFAULT.system).groups.values() for name in names]
     assert sorted(grouped) == sorted([*PARAMETERS, *OfSystem.choices])
     assert {*RANGES} == {*PARAMETERS}
     assert {*SYMBOLS} >= {*PARAMETERS}
