@@ -78,9 +78,10 @@ pub use flight::{
     next_contact,
 };
 pub use model::{
-    Clock, Contact, ImpactLaw, MOST_KNOTS, Parameter, ParameterError, RestitutionCurve,
-    SimulationError, Simultaneous, State, StateError, Stop, StopVariation, Structure,
-    StructureBuilder, StructureParameter, StructureState, System, SystemBuilder, Variation,
+    Clock, Contact, ImpactLaw, MOST_KNOTS, MOST_NUMBERS, Parameter, ParameterError,
+    RestitutionCurve, SimulationError, Simultaneous, State, StateError, Stop, StopVariation,
+    Structure, StructureBuilder, StructureParameter, StructureState, System, SystemBuilder,
+    Variation,
 };
 pub use numerics::cancel::CancelToken;
 pub use search::{GapPoint, Start};

@@ -16,7 +16,7 @@ pub(crate) mod tolerances;
 pub use error::{ParameterError, SimulationError, StateError};
 pub use parameters::{Contact, ImpactLaw, Parameter, System, SystemBuilder};
 pub use point::Point;
-pub use restitution::{MOST_KNOTS, RestitutionCurve};
+pub use restitution::{MOST_KNOTS, MOST_NUMBERS, RestitutionCurve};
 pub use state::{Clock, State};
 pub use structure::{
     Simultaneous, Stop, StopVariation, Structure, StructureBuilder, StructureParameter,

@@ -347,7 +347,7 @@ def _must_have_numbers(values: Mapping[str, float], found: System, like: System)
     if not is_alike(found.restitution, like.restitution):
         raise ParameterError(
             f"at {in_words(values)}: restitution = {found.restitution!r} is not allowed; allowed: "
-            f"one with the numbers of {like.restitution!r}, and a table of its speeds"
+            f"one with the numbers of {like.restitution!r} by name"
         )
 
 

@@ -23,8 +23,8 @@ from .interruption import interruptible
 from .showing import Facts, Shown
 
 Array = NDArray[np.float64]
-#: The names of the values of tables, of which there are 16 at most, and the numbers of power laws.
-OF_TABLES = tuple(f"r_{i}" for i in range(16))
+#: The names of the numbers of tables, which have 16 knots at most, and of power laws.
+OF_TABLES = tuple(f"{what}_{i}" for what in ("r", "speed") for i in range(16))
 OF_POWER_LAWS = ("r_low", "least_speed", "exponent")
 
 
@@ -99,8 +99,9 @@ class RestitutionCurve(ByValue, Shown):
 class RestitutionTable(RestitutionCurve):
     """A coefficient of restitution from a table: linear between knots, constant beyond its ends.
 
-    Immutable, comparable, hashable, picklable. Its values have the names ``r_0``, ``r_1`` ... in
-    ``run.sensitivity``, ``system.replace`` and wherever a system is varied by name.
+    Immutable, comparable, hashable, picklable. Its values have the names ``r_0``, ``r_1`` ..., its
+    speeds ``speed_0``, ``speed_1`` ... in ``run.sensitivity``, ``system.replace`` and wherever a
+    system is varied by name.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ class RestitutionTable(RestitutionCurve):
     >>> import vibroimpact as vi
     >>> table = vi.RestitutionTable([0.1, 1.0], [0.9, 0.6])
     >>> table.names, round(table(0.4), 12)
-    (('r_0', 'r_1'), 0.8)
+    (('r_0', 'r_1', 'speed_0', 'speed_1'), 0.8)
     >>> system = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=table, gap=0.5,
     ...                    drive_frequency=1.8, moment_amplitude=1)
     >>> system.replace(r_1=0.5).restitution
@@ -146,13 +147,15 @@ class RestitutionTable(RestitutionCurve):
         return {"speeds": self.speeds, "values": self.values}
 
     def _with(self, numbers: Mapping[str, Any]) -> Self:
-        values = self.values.copy()
+        count = len(self.values)
+        entries = np.concatenate([self.values, self.speeds])
         for name, value in numbers.items():
-            r = number(name, value, "a number in (0, 1]")
-            if not 0.0 < r <= 1.0:
-                reject(name, value, "a number in (0, 1]")
-            values[self.names.index(name)] = r
-        return type(self)(self.speeds, values)
+            place = self.names.index(name)
+            allowed = "a number in (0, 1]" if place < count else "a finite number > 0"
+            entries[place] = number(name, value, allowed)
+            if not 0.0 < entries[place] <= (1.0 if place < count else np.inf):
+                reject(name, value, allowed)
+        return type(self)(entries[count:], entries[:count])
 
     def _in_units(self, speed: float) -> Self:
         return type(self)(self.speeds * speed, self.values)
@@ -263,9 +266,7 @@ def names_of_curve(restitution: Any) -> tuple[str, ...]:
 
 
 def is_alike(one: Any, other: Any) -> bool:
-    """Whether two coefficients have the same numbers by name, and tables the same speeds."""
-    if isinstance(one, RestitutionTable) and isinstance(other, RestitutionTable):
-        return np.array_equal(one.speeds, other.speeds)
+    """Whether two coefficients have the same numbers by name."""
     return names_of_curve(one) == names_of_curve(other)
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .arguments import complex_vector, in_short, matrix, number, reject, unknown, vector
 from .errors import ParameterError
 from .modal_basis import ModalBasis
-from .restitution import OF_POWER_LAWS, OF_TABLES, RestitutionTable
+from .restitution import OF_POWER_LAWS, OF_TABLES
 from .stop import Stop
 from .structure import Structure
 
@@ -34,7 +34,7 @@ _OF_STOPS: Final = ("gap", "restitution", "friction", "amplitude", "phase")
 _OF_CURVES: Final = len(OF_TABLES)
 _START: Final = ("q", "v")
 # What cannot be varied, of stops and of a structure from modes.
-_FIXED: Final = frozenset({"normal", "tangent", "shapes", "speeds of restitution"})
+_FIXED: Final = frozenset({"normal", "tangent", "shapes"})
 _OF_ONE: Final = re.compile(
     rf"({'|'.join((*_OF_STOPS, *OF_TABLES, *OF_POWER_LAWS))})_(\d+)", re.ASCII
 )
@@ -241,14 +241,9 @@ def _leaves(structure: Structure) -> dict[str, NDArray[Any]]:
         name: np.asarray(value) for name, value in fields.items() if not isinstance(value, str)
     }
     found["stops"] = np.zeros((len(stops), len(_OF_STOPS) + _OF_CURVES))
-    found["speeds of restitution"] = np.zeros((len(stops), _OF_CURVES))
-    for row, speeds, stop in zip(
-        found["stops"], found["speeds of restitution"], stops, strict=True
-    ):
+    for row, stop in zip(found["stops"], stops, strict=True):
         for column, name in enumerate(_numbers(stop)):
             row[column] = getattr(stop, name) if name else 0.0
-        if isinstance(stop.restitution, RestitutionTable):
-            speeds[: len(stop.restitution.speeds)] = stop.restitution.speeds
     found["normal"] = np.array([stop.normal for stop in stops], dtype=float)
     tangents = [np.zeros_like(s.normal) if s.tangent is None else s.tangent for s in stops]
     found["tangent"] = np.array(tangents, dtype=float)

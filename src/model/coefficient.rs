@@ -90,7 +90,7 @@ impl System {
     fn numbers(&self) -> Vec<&'static str> {
         let Some(curve) = self.restitution_curve() else { return Self::NUMERIC.to_vec() };
         let others = Self::NUMERIC.iter().filter(|&&name| name != "restitution");
-        others.chain(curve.names()).copied().collect()
+        others.copied().chain(curve.names()).collect()
     }
 
     /// The refusal of a name that none of its numbers has.

@@ -237,20 +237,49 @@ macro_rules! numeric_parameters {
             /// # Errors
             /// [`ParameterError`] for an unknown name or a value outside its range.
             pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
+                self.with_all([(name, value)])
+            }
+
+            /// This system with several of them changed, which are allowed together.
+            ///
+            /// # Errors
+            /// As [`System::with`].
+            pub fn with_all<'a>(
+                &self,
+                changes: impl IntoIterator<Item = (&'a str, f64)>,
+            ) -> Result<Self, ParameterError> {
                 let mut changed = self.clone();
+                let mut curve = None;
+                for (name, value) in changes {
+                    changed.set(name, value, &mut curve)?;
+                }
+                if let Some(curve) = curve {
+                    let curve = curve.validated()?;
+                    changed.restitution = curve.lowest();
+                    changed.restitution_curve = Some(Arc::new(curve));
+                }
+                changed.validated()
+            }
+
+            fn set(
+                &mut self,
+                name: &str,
+                value: f64,
+                curve: &mut Option<RestitutionCurve>,
+            ) -> Result<(), ParameterError> {
                 match name {
                     "restitution" if self.get(name).is_none() && value != self.restitution => {
                         return Err(self.unknown(name));
                     }
-                    $(stringify!($name) => changed.$name = value,)*
+                    $(stringify!($name) => self.$name = value,)*
                     _ => {
-                        let curve = self.restitution_curve().and_then(|curve| curve.with(name, value));
-                        let curve = curve.ok_or_else(|| self.unknown(name))??;
-                        changed.restitution = curve.lowest();
-                        changed.restitution_curve = Some(Arc::new(curve));
+                        let own = curve.or_else(|| self.restitution_curve().copied());
+                        let mut own = own.ok_or_else(|| self.unknown(name))?;
+                        own.set(name, value).ok_or_else(|| self.unknown(name))??;
+                        *curve = Some(own);
                     }
                 }
-                changed.validated()
+                Ok(())
             }
 
             pub(crate) fn validated(mut self) -> Result<Self, ParameterError> {

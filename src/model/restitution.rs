@@ -22,10 +22,19 @@ use crate::model::tolerances::AT_KNOT;
 /// Most knots of a table.
 pub const MOST_KNOTS: usize = 16;
 
-/// The names of a table's values.
-const TABLE: [&str; MOST_KNOTS] = [
+/// Most numbers of a curve.
+pub const MOST_NUMBERS: usize = 2 * MOST_KNOTS;
+
+/// The names of a table's values,
+const VALUES: [&str; MOST_KNOTS] = [
     "r_0", "r_1", "r_2", "r_3", "r_4", "r_5", "r_6", "r_7", "r_8", "r_9", "r_10", "r_11", "r_12",
     "r_13", "r_14", "r_15",
+];
+
+/// and of its speeds.
+const SPEEDS: [&str; MOST_KNOTS] = [
+    "speed_0", "speed_1", "speed_2", "speed_3", "speed_4", "speed_5", "speed_6", "speed_7",
+    "speed_8", "speed_9", "speed_10", "speed_11", "speed_12", "speed_13", "speed_14", "speed_15",
 ];
 
 /// The names of the numbers of a power law.
@@ -250,19 +259,19 @@ impl RestitutionCurve {
         }
     }
 
-    /// The names of its numbers: r_0, r_1 ... of a table; r_low, least_speed, exponent of a power
-    /// law.
+    /// The names of its numbers: r_0, r_1 ..., speed_0 ... of a table; r_low, least_speed, exponent of a
+    /// power law.
     #[must_use]
-    pub fn names(&self) -> &'static [&'static str] {
+    pub fn names(&self) -> Vec<&'static str> {
         match self {
-            Self::Table(knots) => &TABLE[..knots.count],
-            Self::PowerLaw { .. } => &POWER_LAW,
+            Self::Table(knots) => [&VALUES[..knots.count], &SPEEDS[..knots.count]].concat(),
+            Self::PowerLaw { .. } => POWER_LAW.to_vec(),
         }
     }
 
     /// The name of a number of any curve.
     pub(crate) fn known(name: &str) -> Option<&'static str> {
-        TABLE.iter().chain(&POWER_LAW).copied().find(|known| *known == name)
+        VALUES.iter().chain(&SPEEDS).chain(&POWER_LAW).copied().find(|known| *known == name)
     }
 
     /// Which of its numbers has this name.
@@ -275,7 +284,8 @@ impl RestitutionCurve {
     pub fn get(&self, name: &str) -> Option<f64> {
         let place = self.place_of(name)?;
         Some(match self {
-            Self::Table(knots) => knots.values[place],
+            Self::Table(knots) if place < knots.count => knots.values[place],
+            Self::Table(knots) => knots.speeds[place - knots.count],
             Self::PowerLaw { r_low, least_speed, exponent } => {
                 [*r_low, *least_speed, *exponent][place]
             }
@@ -288,30 +298,44 @@ impl RestitutionCurve {
     /// [`ParameterError`] for a value outside its range.
     #[must_use]
     pub fn with(mut self, name: &str, value: f64) -> Option<Result<Self, ParameterError>> {
+        let set = self.set(name, value)?;
+        Some(set.and_then(|()| self.validated()))
+    }
+
+    /// Changes one of its numbers, of several; then it is to be validated.
+    pub(crate) fn set(&mut self, name: &str, value: f64) -> Option<Result<(), ParameterError>> {
         let place = self.place_of(name)?;
-        match &mut self {
-            Self::Table(knots) => {
+        match self {
+            Self::Table(knots) if place < knots.count => {
                 if let Err(error) = unit(name.to_string(), value) {
                     return Some(Err(error));
                 }
                 knots.values[place] = value;
             }
+            Self::Table(knots) => knots.speeds[place - knots.count] = value,
             Self::PowerLaw { r_low, least_speed, exponent } => {
                 *[r_low, least_speed, exponent][place] = value;
             }
         }
-        Some(self.validated())
+        Some(Ok(()))
     }
 
     /// The derivative of r at u by one of its numbers; at a knot that from above.
     pub(crate) fn by_number(&self, u: f64, place: usize) -> f64 {
         match self {
-            Self::Table(knots) => match knots.place(u) {
-                (i, None) => f64::from(u8::from(i == place)),
-                (i, Some(part)) if i == place => 1.0 - part,
-                (i, Some(part)) if i + 1 == place => part,
-                _ => 0.0,
-            },
+            Self::Table(knots) => {
+                let (i, part) = knots.place(u);
+                let (knot, of_speed) =
+                    if place < knots.count { (place, false) } else { (place - knots.count, true) };
+                let share = match part {
+                    None if knot == i && !of_speed => 1.0,
+                    Some(part) if knot == i => 1.0 - part,
+                    Some(part) if knot == i + 1 => part,
+                    _ => 0.0,
+                };
+                // The piece moves with its knots.
+                if of_speed { -share * self.with_slope(u).by_speed } else { share }
+            }
             &Self::PowerLaw { r_low, least_speed, exponent } => {
                 let r = self.at(u);
                 let above = u >= least_speed;

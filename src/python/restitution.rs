@@ -40,7 +40,7 @@ impl PyRestitutionCurve {
     /// The names of its numbers.
     #[getter]
     fn names(&self) -> Vec<&'static str> {
-        self.0.names().to_vec()
+        self.0.names()
     }
 
     /// The value of one of them.

@@ -29,10 +29,7 @@ pub(super) fn with_values(
     names: &[String],
     values: &[f64],
 ) -> Result<System, ParameterError> {
-    names
-        .iter()
-        .zip(values)
-        .try_fold(system.clone(), |system, (name, &value)| system.with(name, value))
+    system.with_all(names.iter().map(String::as_str).zip(values.iter().copied()))
 }
 
 #[pymethods]

@@ -56,13 +56,13 @@ def test_words_and_symbols():
     machine = first_state(FALLS, None).machine
     assert (machine.symbol("r_1_0"), machine.words("r_1_0")) == (
         "r₁,₀",
-        "restitution at speed 1 of stop 0",
+        "restitution at knot 1 of stop 0",
     )
     assert machine.symbol("least_speed_1") == "u₀,₁"
     # No number that all have but gaps.
     assert machine._of_all == ("gap",)
     machine = first_state(MACHINES["equal stops"], None).machine
-    assert machine._of_all == ("gap", "r_0", "r_1")
+    assert machine._of_all == ("gap", "r_0", "r_1", "speed_0", "speed_1")
 
 
 @pytest.mark.parametrize("name", MACHINES)

@@ -316,21 +316,24 @@ def test_what_needs_a_number_says_so():
 
 
 def test_functions_that_make_systems():
-    """In SI: of a table the speeds stay the same, a power law may change in all of its numbers."""
+    """Values and speeds of a table change, in SI all speeds with the units, or a power law does."""
 
     def with_table(gap):
         return system(vi.RestitutionTable(TABLE.speeds, [0.9, 0.75 - 0.1 * gap, 0.5]), gap=gap)
 
-    def with_law(stiffness):
-        return vi.System.from_physical(
+    def in_si(restitution):
+        return lambda stiffness: vi.System.from_physical(
             pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=500,
-            stiffness=stiffness, gap=0.05, restitution=vi.RestitutionPowerLaw(0.9, 0.5, 0.2),
+            stiffness=stiffness, gap=0.05, restitution=restitution,
             drive_frequency=180, moment_amplitude=300,
         )  # fmt: skip
 
+    table_in_si = in_si(vi.RestitutionTable([0.5, 3.0, 10.0], TABLE.values))
+
     for maker, name, values in (
         (with_table, "gap", [0.4, 0.5]),
-        (with_law, "stiffness", [49e3, 5e4]),
+        (in_si(vi.RestitutionPowerLaw(0.9, 0.5, 0.2)), "stiffness", [49e3, 5e4]),
+        (table_in_si, "stiffness", [1e3, 5e4]),
     ):
         diagram = vi.bifurcation_diagram(maker, **{name: values}, initial=START, periods=60, keep=5)
         for place, value in enumerate(values):
@@ -346,9 +349,10 @@ def test_functions_that_make_systems():
     assert own.final_state.state == pytest.approx(there.initial, abs=1e-9)
 
 
-def test_functions_that_move_the_speeds_of_a_table_are_refused():
+def test_functions_that_change_what_has_no_number_are_refused():
     def maker(x):
-        return system(vi.RestitutionTable([0.05, x], [0.9, 0.5]))
+        knots = [0.05, 0.2, 0.3][: round(x)], [0.9, 0.5, 0.4][: round(x)]
+        return system(vi.RestitutionTable(*knots))
 
-    with pytest.raises(vi.ParameterError, match=r"x = 0.4: restitution = .* its speeds"):
-        vi.bifurcation_diagram(maker, x=[0.3, 0.4], initial=START, periods=5)
+    with pytest.raises(vi.ParameterError, match=r"x = 3.0: restitution = .* by name"):
+        vi.bifurcation_diagram(maker, x=[2.0, 3.0], initial=START, periods=5)

@@ -202,10 +202,9 @@ def test_derivatives_of_a_run(curve, friction):
 def value_of(machine, name):
     """Return a number of a structure by its name."""
     what, _, place = name.rpartition("_")
-    stop = machine.stops[int(place)] if what and what != "r" and place.isdigit() else None
-    if stop is None:
+    if what in ("r", "speed") or not place.isdigit():
         return getattr(machine.stops[0], name)
-    return getattr(stop, what)
+    return getattr(machine.stops[int(place)], what)
 
 
 def test_numbers_of_all_stops_are_the_sum_of_those_of_each():
@@ -223,6 +222,13 @@ def test_numbers_of_all_stops_are_the_sum_of_those_of_each():
 
     by_function = run.sensitivity(x=(machine, 0.75)).final_state
     assert by_function[..., 0] == pytest.approx(found[..., 1], rel=1e-8)
+
+    def moved(x):
+        return pair(vi.RestitutionTable([0.05, x, 1.0], TABLE.values), TABLE)
+
+    ours, theirs = run.sensitivity("speed_1_0"), run.sensitivity(x=(moved, 0.3))
+    assert theirs.final_state == pytest.approx(ours.final_state, rel=1e-8)
+    assert np.abs(ours.final_state).max() > 0.01
 
 
 def test_derivatives_where_several_stops_are_struck_at_once():
@@ -384,8 +390,6 @@ def test_what_is_refused_says_so():
         ("restitution", lambda: vi.bifurcation_diagram(
             here, restitution=[0.5], initial=REST[1], periods=5)),
         ("restitution", lambda: run.refine().follow(restitution=(0.5, 0.6))),
-        ("speeds", lambda: run.sensitivity(x=(lambda x: single(
-            vi.RestitutionTable([0.05, x, 1.0], TABLE.values)), 0.3))),
     ):  # fmt: skip
         with pytest.raises(vi.ParameterError, match=message):
             call()

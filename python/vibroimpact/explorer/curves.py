@@ -11,14 +11,16 @@ _SYMBOLS = {"r_low": "r", "least_speed": "u₀", "exponent": "p"}
 def symbol(name: str) -> str:
     """Return the symbol of a number of a curve, "" of another."""
     if name in OF_TABLES:
-        return f"r{name[2:].translate(SUBSCRIPTS)}"
+        what, _, knot = name.partition("_")
+        return f"{what[:1].replace('s', 'u')}{knot.translate(SUBSCRIPTS)}"
     return _SYMBOLS.get(name, "")
 
 
 def words(name: str) -> str:
     """Return what a number of a curve is, "" of another."""
     if name in OF_TABLES:
-        return f"restitution at speed {name[2:]}"
+        what, _, knot = name.partition("_")
+        return f"speed of knot {knot}" if what == "speed" else f"restitution at knot {knot}"
     known = {
         "r_low": "restitution of slow impacts",
         "least_speed": "speed from which it falls",
@@ -37,6 +39,6 @@ def span(name: str, speed: float) -> tuple[float, float] | None:
     speed
         Velocities that impacts may have.
     """
-    if name == "least_speed":
+    if name == "least_speed" or name.startswith("speed_"):
         return 1e-3 * speed, speed
     return _VALUES if name in (*OF_TABLES, "r_low", "exponent") else None

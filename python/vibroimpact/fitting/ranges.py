@@ -20,8 +20,9 @@ _LEAST_OF_CURVE = 1e-6
 _NATURAL = {
     **dict.fromkeys(_NOT_NEGATIVE, (0.0, math.inf)),
     "restitution": (0.0, 1.0),
-    **dict.fromkeys((*OF_TABLES, "r_low", "exponent"), (_LEAST_OF_CURVE, 1.0)),
+    **dict.fromkeys(("r_low", "exponent"), (_LEAST_OF_CURVE, 1.0)),
     "least_speed": (_LEAST_OF_CURVE, math.inf),
+    **{name: (_LEAST_OF_CURVE, 1.0 if name.startswith("r_") else math.inf) for name in OF_TABLES},
 }
 _ANY = (-math.inf, math.inf)
 

@@ -98,7 +98,7 @@ class SystemMachine:
             if found != allowed:
                 raise unlike(values, f"{name} =", found, f"{allowed!r}, as for the first values")
         if not is_alike(system.restitution, self.system.restitution):
-            allowed = f"one with the numbers of {self.system.restitution!r}, a table of its speeds"
+            allowed = f"one with the numbers of {self.system.restitution!r} by name"
             raise unlike(values, "restitution =", system.restitution, allowed)
         scales = system.scales
         if self.system.scales is None and scales is not None:

@@ -7,7 +7,7 @@ use super::damping::Damping;
 use super::parameter::KNOWN as KNOWN_NUMBERS;
 use super::{Stop, Structure, StructureParameter, StructureState, checked_matrix, checked_vector};
 use crate::model::error::ParameterError;
-use crate::model::restitution::{MOST_KNOTS, RestitutionCurve};
+use crate::model::restitution::{MOST_NUMBERS, RestitutionCurve};
 
 /// How the numbers of a stop vary.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -23,7 +23,7 @@ pub struct StopVariation {
     /// of its phase,
     pub phase: f64,
     /// and of the numbers of its restitution curve, in their order.
-    pub of_curve: [f64; MOST_KNOTS],
+    pub of_curve: [f64; MOST_NUMBERS],
 }
 
 /// The derivatives of the fields of a structure, and of a start, by one number; what is left out
@@ -214,7 +214,7 @@ impl Variation {
             for (field, rate) in [("amplitude", amplitude), ("phase", phase)] {
                 self.finite(&of(field), rate, driven)?;
             }
-            let names = at.restitution_curve().map_or(&[][..], RestitutionCurve::names);
+            let names = at.restitution_curve().map_or_else(Vec::new, RestitutionCurve::names);
             for (i, rate) in of_curve.into_iter().enumerate() {
                 let Some(name) = names.get(i) else {
                     if rate != 0.0 {
