@@ -24,8 +24,18 @@ from .showing import Facts, Shown
 
 Array = NDArray[np.float64]
 #: The names of the numbers of tables, which have 16 knots at most, and of power laws.
-OF_TABLES = tuple(f"{what}_{i}" for what in ("r", "speed") for i in range(16))
+_KNOTS = range(16)
+OF_VALUES, OF_SPEEDS = (tuple(f"{what}_{i}" for i in _KNOTS) for what in ("r", "speed"))
+OF_TABLES = (*OF_VALUES, *OF_SPEEDS)
 OF_POWER_LAWS = ("r_low", "least_speed", "exponent")
+#: What they are, in words.
+MEANINGS = {
+    **{name: f"restitution at knot {i}" for i, name in enumerate(OF_VALUES)},
+    **{name: f"speed of knot {i}" for i, name in enumerate(OF_SPEEDS)},
+    "r_low": "restitution of slow impacts",
+    "least_speed": "speed from which it falls",
+    "exponent": "exponent of its fall",
+}
 
 
 @interruptible

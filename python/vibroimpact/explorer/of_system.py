@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .._core import CONTACTS, LAWS
 from ..arguments import state as checked_state
 from ..plot.style import REGIME_STYLES
+from ..restitution import MEANINGS
 from ..sweeps import sweep
 from ..system import System
 from . import curves
@@ -152,13 +153,13 @@ class OfSystem(Machine):
 
     def symbol(self, name: str) -> str:
         """Return the symbol of the notation page."""
-        return SYMBOLS.get(name) or curves.symbol(name)
+        return SYMBOLS.get(name) or curves.SYMBOLS.get(name, "")
 
     def words(self, name: str) -> str:
         """Return the name of a parameter."""
         if name in COORDINATES:
             return ""
-        return curves.words(name) or name.replace("_", " ")
+        return MEANINGS.get(name) or name.replace("_", " ")
 
     def sampled(self, run: Any, time: Array) -> tuple[Array, Array | None]:
         """Return the states."""

@@ -17,6 +17,7 @@ import numpy as np
 from ..arguments import not_negative, number, reject, starts
 from ..plot.coordinates import Combination
 from ..plot.stop_rows import rows_of
+from ..restitution import MEANINGS
 from ..stop import SUBSCRIPTS, of_one_stop, varied_in
 from ..structure import Structure
 from . import curves
@@ -293,8 +294,8 @@ class StructureNumbers(Machine):
             return " - ".join(map(self.symbol, name.split("-")))
         if one := of_one_stop(name):
             place = str(one.place).translate(SUBSCRIPTS)
-            return f"{_SYMBOLS.get(one.what) or curves.symbol(one.what) + ','}{place}"
-        return _SYMBOLS.get(name) or curves.symbol(name)
+            return f"{_SYMBOLS.get(one.what) or f'{curves.SYMBOLS[one.what]},'}{place}"
+        return _SYMBOLS.get(name) or curves.SYMBOLS[name]
 
     def words(self, name: str) -> str:
         """Return the name of a number, with its stop."""
@@ -304,7 +305,7 @@ class StructureNumbers(Machine):
             return _WORDS[name][1]
         one = of_one_stop(name)
         what = one.what if one else name
-        what = curves.words(what) or what
+        what = MEANINGS.get(what, what)
         if one:
             return f"{what} of stop {one.place}"
         return what if len(self.base.stops) == 1 else f"{what} of all stops"

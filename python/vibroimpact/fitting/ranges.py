@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from ..made import Made
-from ..restitution import OF_TABLES
+from ..restitution import OF_SPEEDS, OF_VALUES
 from ..stop import of_one_stop
 
 _NOT_NEGATIVE = (
@@ -20,9 +20,8 @@ _LEAST_OF_CURVE = 1e-6
 _NATURAL = {
     **dict.fromkeys(_NOT_NEGATIVE, (0.0, math.inf)),
     "restitution": (0.0, 1.0),
-    **dict.fromkeys(("r_low", "exponent"), (_LEAST_OF_CURVE, 1.0)),
-    "least_speed": (_LEAST_OF_CURVE, math.inf),
-    **{name: (_LEAST_OF_CURVE, 1.0 if name.startswith("r_") else math.inf) for name in OF_TABLES},
+    **dict.fromkeys(("r_low", "exponent", *OF_VALUES), (_LEAST_OF_CURVE, 1.0)),
+    **dict.fromkeys(("least_speed", *OF_SPEEDS), (_LEAST_OF_CURVE, math.inf)),
 }
 _ANY = (-math.inf, math.inf)
 

@@ -12,9 +12,19 @@ from collections.abc import Mapping
 from typing import Final
 
 from .._core import PARAMETERS
-from ..stop import numbered
+from ..restitution import MEANINGS, OF_SPEEDS, OF_VALUES
+from ..stop import numbered, of_one_stop
 
 PARAMETER_SYMBOLS = {name: f"${parameter.latex}$" for name, parameter in PARAMETERS.items()}
+
+# Of the numbers of curves of restitution.
+_CURVE_SYMBOLS: Final[Mapping[str, str]] = {
+    **{name: f"$r_{{{i}}}$" for i, name in enumerate(OF_VALUES)},
+    **{name: f"$u_{{{i}}}$" for i, name in enumerate(OF_SPEEDS)},
+    "r_low": r"$r_\mathrm{low}$",
+    "least_speed": "$u_0$",
+    "exponent": "$p$",
+}
 
 STATE_SYMBOLS: Final[Mapping[str, str]] = {
     "x1": "$x_1$",
@@ -96,6 +106,8 @@ def axis_name(name: str, *, made: bool) -> str:
     """  # noqa: D205
     if name in PARAMETER_SYMBOLS and not made:
         return worded(name, PARAMETER_SYMBOLS[name])
+    if name in MEANINGS and not made:
+        return f"{MEANINGS[name]}, {_CURVE_SYMBOLS[name]}"
     return STATE_NAMES.get(name, name)
 
 
@@ -106,10 +118,10 @@ def structure_axis_name(name: str, *, made: bool) -> str:
         return of_coordinates(one.what, [coordinate_symbol(one.what, one.place)])
     if made:
         return name
-    if one:
-        return f"{one.what} of stop {one.place}"
-    if name in ("gap", "restitution", "friction"):
-        return f"{name} of all stops"
+    if of_stop := of_one_stop(name):
+        return f"{MEANINGS.get(of_stop.what, of_stop.what)} of stop {of_stop.place}"
+    if name in ("gap", "restitution", "friction", *MEANINGS):
+        return f"{MEANINGS.get(name, name)} of all stops"
     return axis_name(name, made=False) if name in PARAMETER_SYMBOLS else name
 
 
