@@ -1,6 +1,7 @@
 //! The system: its parameters with their ranges, its states and clocks, and what is refused.
 
 pub(crate) mod angle;
+mod choices;
 mod coefficient;
 pub(crate) mod contact_coordinates;
 pub(crate) mod error;

@@ -1,7 +1,7 @@
 //! What becomes of impacts on several stops at one instant: a choice of the model, never of rounding.
 
+use crate::model::choices::chosen;
 use crate::model::error::ParameterError;
-use crate::model::parameters::chosen;
 
 /// What happens when stops that act on each other meet at one instant, or one of them while another
 /// is closed.
