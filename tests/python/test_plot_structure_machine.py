@@ -65,6 +65,16 @@ def arrows(ax, color: str) -> list[tuple[float, float]]:
     ]
 
 
+def wheels(ax) -> int:
+    return sum(each.get_gid() == "wheel" for each in ax.patches)
+
+
+def named(ax) -> list[str]:
+    """What is named above the sketch."""
+    legend = ax.get_legend()
+    return [each.get_text() for each in legend.get_texts()] if legend.get_visible() else []
+
+
 def texts(ax) -> list[str]:
     return [each.get_text() for each in ax.texts if each.get_text()]
 
@@ -74,7 +84,8 @@ def test_springs_are_the_entries_of_the_stiffness(ax):
     # Between the two, and from the first one to the frame: the second has k_11 = k_12 only.
     assert springs(ax) == 2
     assert blocks(ax) == [0.0, 1.0]
-    assert {"$q_{0}$", "$q_{1}$", "stop 0\ngap 0.2", "stop 1\ngap 0.5"} <= {*texts(ax)}
+    assert {"$q_{0}$", "$q_{1}$", "0", "1"} <= {*texts(ax)}
+    assert named(ax) == ["stop 0: gap 0.2", "stop 1: gap 0.5", "drive"]
     chain = 2.0 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
     for stiffness, count in (
         (chain, 5),  # three between neighbours, one at either end
@@ -137,10 +148,14 @@ def test_walls_stand_on_the_side_where_they_are_met(ax):
     # A normal of 2 is met at half of the gap.
     moving = Figure().subplots()
     MOVING.plot(ax=moving)
-    assert {"stop 0\ngap 0.6\nmet at 0.3", "stop 1\ngap 0.4"} <= {*texts(moving)}
+    assert named(moving)[:2] == [
+        "stop 0: gap 0.6, met at 0.3, moves by \N{PLUS-MINUS SIGN}0.4",
+        "stop 1: gap 0.4",
+    ]
     # It moves, and the other does not.
     assert len(arrows(moving, STOPS[0][0])) == 1
     assert not arrows(moving, STOPS[1][0])
+    assert wheels(moving) == 2
     # Two stops on one side are below each other.
     two = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.3, 1), vi.Stop([1], 0.5, 1)])
     below = Figure().subplots()
@@ -212,3 +227,25 @@ def test_a_sketch_needs_a_state_of_the_structure(state, words):
         vi.plot.machine(PAIR, state)
     with pytest.raises(vi.ParameterError, match="phase"):
         PAIR.plot(phase="now")
+
+
+# Walls on both sides of each body, and two more that move.
+@pytest.mark.parametrize("bodies", [1, 2, 3, 4])
+@pytest.mark.parametrize("count", [1, 2, 4, 6])
+def test_no_name_lies_on_another(bodies, count):
+    rows = [side * row for row in np.eye(bodies) for side in (1.0, -1.0)]
+    stops = [
+        vi.Stop(rows[k % len(rows)], 0.00388 + 0.00012 * k, 0.7, amplitude=0.0002 * (k > 3))
+        for k in range(count)
+    ]
+    loads = {"drive_amplitude": np.ones(bodies), "static_load": np.ones(bodies)}
+    stiffness = 3.0 * np.eye(bodies) - np.eye(bodies, k=1) - np.eye(bodies, k=-1)
+    ax = vi.Structure(np.eye(bodies), stiffness, stops, drive_frequency=1.0, **loads).plot()
+    ax.figure.canvas.draw()
+    legend = ax.get_legend()
+    assert len(legend.get_texts()) == count + 2
+    places = [each.get_window_extent() for each in ax.texts if each.get_text()]
+    places.append(legend.get_window_extent())
+    assert not any(a.overlaps(b) for k, a in enumerate(places) for b in places[:k])
+    x0, y0, x1, y1 = ax.figure.bbox.extents
+    assert all(x0 <= a.x0 < a.x1 <= x1 and y0 <= a.y0 < a.y1 <= y1 for a in places)

@@ -4,18 +4,22 @@ Coordinates stand in a row as if all were displacements along one line. A spring
 where K has an entry, k = -K_ij, and one joins a coordinate to the frame where its row of K has a
 sum other than 0: at the ends of the row beside it, elsewhere above it. A stop is a buffer below a
 body and a wall that stands on the frame, or two buffers between neighbours; what meets has the
-colour of the stop. Displacements and gaps are in one scale, lengths of blocks and springs mean
-nothing.
+colour and the number of the stop. A wall that moves stands on wheels. Displacements and gaps are in
+one scale, lengths of blocks and springs mean nothing. Gaps and loads are named above the sketch:
+beside walls their numbers would lie on each other.
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.patches import FancyArrowPatch, Rectangle
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, FancyArrowPatch, Rectangle
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -42,6 +46,13 @@ _END, _POST = 0.75, 0.45
 _FIRST, _NEXT, _BETWEEN = -0.42, -0.66, -0.1
 # Half the size of a buffer; the width and height of a wall, and the foot on which it stands.
 _BUFFER, _WALL, _WALL_TALL, _FOOT = 0.06, 0.06, 0.2, 0.13
+# The radius of a wheel under a wall that moves.
+_WHEEL = 0.03
+# The height of a line of what is named above the sketch, in inches.
+_LINE = 0.16
+# Marks of loads in the legend, and how thick marks are drawn there.
+_BOTH_WAYS, _ONE_WAY = r"$\leftrightarrow$", r"$\rightarrow$"
+_MEW = {"|": 1.8, _BOTH_WAYS: 0.3, _ONE_WAY: 0.3}
 # An entry of K below this part of the largest of its row is rounding.
 _NO_SPRING = 1e-12
 _LOADS: dict[str, Any] = {"lw": 1.4, "mutation_scale": 10}
@@ -55,8 +66,10 @@ def structure_machine(structure: Structure, q: Array, phase: float | None, ax: A
         ax = new_axes(ax)
         _Shapes(ax, structure)
         return ax
-    # An inch for each block.
-    inches = (0.6 + max(2, min(structure.coordinates, _MOST)), 2.6)
+    # An inch for each block; what is named above them is in two columns.
+    names = _LINE * (2 + len(structure.stops)) / 2
+    under = _TALL - _NEXT * (_levels(structure) - 1)
+    inches = (0.6 + max(4, min(structure.coordinates, _MOST)), 1.8 + under + names)
     (ax,) = several_axes(None if ax is None else [ax], 1, inches)
     _Row(ax, structure, q, phase)
     return ax
@@ -76,20 +89,23 @@ class _Row:
         self._said: list[str] = []
         self._left_out = 0
         self._pegs: set[tuple[int, float]] = set()
+        self._named: list[Artist] = []
         ax.set_axis_off()
-        ax.set_aspect("equal")
+        # Where the legend is put, there the axes end, whatever of their place the sketch needs.
+        ax.set_aspect("equal", anchor="NW")
         self._springs()
         for i in self._drawn:
             corner = (self._at(i) - _HALF, -_TALL)
             look: dict[str, Any] = {"fc": parts.BODY, "ec": BLACK, "lw": 1.1, "zorder": 2}
             ax.add_patch(Rectangle(corner, 2 * _HALF, 2 * _TALL, **look))
             ax.text(self._at(i), 0.0, f"$q_{{{i}}}$", ha="center", va="center", zorder=3)
-        self._loads(phase)
         self._stops()
+        self._loads(phase)
         if more := count - len(self._drawn):
             on_them = f", with {counted(self._left_out, 'stop')}" if self._left_out else ""
             self._said.append(f"and {counted(more, 'coordinate')} more{on_them}")
         self._words()
+        legend_above(ax, self._named, columns=4, fontsize=7)
 
     def _is_met(self, i: int) -> bool:
         return any(stop.normal[i] != 0.0 for stop in self._structure.stops)
@@ -172,6 +188,13 @@ class _Row:
         structure = self._structure
         drive = np.asarray(structure.drive_amplitude)
         largest = float(np.abs(drive).max(initial=0.0))
+        if any(drive[i] != 0.0 for i in self._drawn):
+            at = "" if phase is None else " at this phase"
+            self._named.append(
+                _entry(f"drive{at}", GREEN, _BOTH_WAYS if phase is None else _ONE_WAY)
+            )
+        if any(structure.static_load[i] != 0.0 for i in self._drawn):
+            self._named.append(_entry("constant load", ORANGE, _ONE_WAY))
         for i in self._drawn:
             x = self._at(i)
             if drive[i] != 0.0 and phase is None:
@@ -225,21 +248,29 @@ class _Row:
         face = struck + side * away
         bottom = y - 0.5 * _WALL_TALL
         left = face if right else face - _WALL
-        # A wall and its foot, which is fixed.
+        # A wall and its foot, which is fixed, or on wheels.
         solid: dict[str, Any] = {"fc": parts.GHOST, "ec": parts.FRAME, "lw": 0.8, "zorder": 1}
-        ax.add_patch(Rectangle((left, bottom - _FOOT), _WALL, _WALL_TALL + _FOOT, **solid))
         floor = bottom - _FOOT
+        foot = floor if stop.amplitude == 0.0 else floor + 2.0 * _WHEEL
+        ax.add_patch(Rectangle((left, foot), _WALL, bottom + _WALL_TALL - foot, **solid))
+        if stop.amplitude != 0.0:
+            for place in (left, left + _WALL):
+                centre = (place, floor + _WHEEL)
+                ax.add_patch(Circle(centre, _WHEEL, gid="wheel", fc="white", ec=BLACK, lw=0.8))
         parts.fixed(ax, (left + _WALL + 0.06, floor), (left - 0.06, floor))
         (line,) = ax.plot(
             (face, face), (bottom, bottom + _WALL_TALL), color=color, lw=1.8, zorder=3
         )
         line.set_gid(f"stop-{number}")
         if stop.amplitude != 0.0:
-            above = bottom + _WALL_TALL + 0.05
-            ends = (face - 0.09, above), (face + 0.09, above)
-            parts.arrow(ax, *ends, color, **{**_TO_AND_FRO, "lw": 1.0, "mutation_scale": 8})
+            self._moves(face, bottom + _WALL_TALL + 0.05, color)
         self._name(number, stop, (face + side * 0.5 * _WALL, floor - 0.07))
         self._lowest = min(self._lowest, y)
+
+    def _moves(self, x: float, y: float, color: str) -> None:
+        """Draw that a stop moves to and fro, around a point."""
+        look = {**_TO_AND_FRO, "lw": 1.0, "mutation_scale": 8}
+        parts.arrow(self._ax, (x - 0.09, y), (x + 0.09, y), color, **look)
 
     def _buffer(self, x: float, y: float, gid: str) -> None:
         """Draw a buffer around its centre."""
@@ -261,20 +292,26 @@ class _Row:
             ends = (_BETWEEN - _BUFFER, _BETWEEN + _BUFFER)
             (line,) = ax.plot((face, face), ends, color=color, lw=1.8, zorder=3)
             line.set_gid(f"stop-{number}")
+        if stop.amplitude != 0.0:
+            self._moves(middle, _BETWEEN + _BUFFER + 0.05, color)
         self._name(number, stop, (middle, _BETWEEN - 0.1))
 
     def _name(self, number: int, stop: Stop, place: parts.Point) -> None:
-        """Write the number of a stop and its gap below it, and where it is met if that differs."""
-        words = f"stop {number}\ngap {stop.gap:.3g}"
+        """Write the number of a stop below it, and above the sketch what it is."""
+        words = f"stop {number}: gap {stop.gap:.3g}"
         if _size(stop) != 1.0:
-            words += f"\nmet at {_gap(stop):.3g}"
-        look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 7, "linespacing": 1.0}
-        self._ax.text(*place, words.replace("-", "\N{MINUS SIGN}"), **look)
+            words += f", met at {_gap(stop):.3g}"
+        if stop.amplitude != 0.0:
+            words += f", moves by \N{PLUS-MINUS SIGN}{abs(stop.amplitude):.3g}"
+        color = STOPS[number % len(STOPS)][0]
+        self._named.append(_entry(words.replace("-", "\N{MINUS SIGN}"), color, "|"))
+        look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 7, "color": color}
+        self._ax.text(*place, str(number), weight="bold", **look)
 
     def _words(self) -> None:
         """Say what is not drawn, and set the limits of the picture."""
         left, right = -_END - 0.1, len(self._drawn) - 1.0 + _END + 0.1
-        bottom = self._lowest - 0.65
+        bottom = self._lowest - 0.5
         if np.any(self._structure.damping) or np.any(self._structure.damping_ratios):
             self._said.append("damping is not drawn")
         for words in self._said[:_MOST]:
@@ -282,6 +319,13 @@ class _Row:
             bottom -= 0.14
         self._ax.set_xlim(left, right)
         self._ax.set_ylim(bottom, self._highest + 0.1)
+
+
+def _entry(words: str, color: str, marker: str) -> Artist:
+    """Return an entry of the legend."""
+    return Line2D(
+        [], [], ls="none", color=color, marker=marker, ms=9.0, mew=_MEW[marker], label=words
+    )
 
 
 class _Shapes:
@@ -326,6 +370,16 @@ class _Shapes:
         ax.set_ylabel("mode shape, largest 1")
         handles, _ = ax.get_legend_handles_labels()
         legend_above(ax, handles, columns=3)
+
+
+def _levels(structure: Structure) -> int:
+    """Return how many stops are below each other, at least 1."""
+    sides = Counter(
+        (int(met[0]), bool(stop.normal[met[0]] > 0.0))
+        for stop in structure.stops
+        if len(met := np.flatnonzero(stop.normal)) == 1
+    )
+    return max(sides.values(), default=1)
 
 
 def _size(stop: Stop) -> float:

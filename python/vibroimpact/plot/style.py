@@ -337,7 +337,9 @@ def phase_axis(ax: Axes, axis: str) -> None:
 _LEGEND_PART = 0.85
 
 
-def legend_above(ax: Axes, handles: Sequence[Artist], columns: int = 2) -> Legend:
+def legend_above(
+    ax: Axes, handles: Sequence[Artist], columns: int = 2, fontsize: float | None = None
+) -> Legend:
     """Put a legend above the axes, where it hides no data; without entries none is seen.
 
     If the axes are alone in their figure the number of columns is reduced until the legend fits.
@@ -349,6 +351,7 @@ def legend_above(ax: Axes, handles: Sequence[Artist], columns: int = 2) -> Legen
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
             ncols=columns,
+            fontsize=fontsize,
             borderaxespad=0.2,
             handlelength=1.2,
             handletextpad=0.5,
