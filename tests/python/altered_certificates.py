@@ -33,8 +33,9 @@ WORDS = {
     "direct": ["oblique"],
     "two bodies": ["structure"],
     "structure": ["two bodies"],
-    "frictionless": ["slip", "reversal_approach"],
-    "slip": ["frictionless", "reversal_approach", "stick_restitution"],
+    "frictionless": ["slip +", "reversal_approach -", "slip"],
+    "slip +": ["frictionless", "reversal_approach +", "stick_restitution -", "slip -", "passed"],
+    "slip -": ["frictionless", "reversal_approach -", "stick_restitution +", "slip +", "slip"],
 }
 """Words of a certificate, and others in their places."""
 

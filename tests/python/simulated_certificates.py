@@ -81,7 +81,7 @@ def multipliers(problem: Problem, z: Any) -> Any:
     nodes = np.array([float(x) for x in np.ravel(z)]).reshape(len(problem["legs"]), -1)
     m, size = problem["m"], nodes.shape[1] // 2
     system, start = started(problem, nodes)
-    run = vi.simulate(system, initial=start, periods=m, keep=m)
+    run = vi.simulate(system, initial=start, periods=m + 1, keep=m + 1)
     later = run.impacts[0]["time"] / 2.0
     middle = np.asarray(run.trajectory([later])[0])
     turned = built(problem["machine"], system.drive_frequency * (nodes[0, -1] + later))
@@ -96,6 +96,11 @@ def multipliers(problem: Problem, z: Any) -> Any:
             ends.append(np.ravel(found)[[*free]])
         columns.append((ends[0] - ends[1]) / (2.0 * STEP))
     return np.linalg.eigvals(np.array(columns).T)
+
+
+def _slip(structure: Any, hit: Any) -> float:
+    """The slip velocity before an impact of a structure."""
+    return float(structure.stops[hit["stop"]].tangent @ hit["v_pre"])
 
 
 def is_motion(problem: Problem, z: Any) -> bool:
@@ -119,12 +124,16 @@ def is_motion(problem: Problem, z: Any) -> bool:
         after = nodes[(k + 1) % count]
         whole = problem["m"] * system.drive_period if k == count - 1 else 0.0
         time = after[-1] + whole - nodes[0, -1]
-        same = abs(hit["time"] - time) < NEAR and vi.Regime(hit["regime"]).name.lower() == regime
+        kind, _, way = regime.partition(" ")
+        same = abs(hit["time"] - time) < NEAR and vi.Regime(hit["regime"]).name.lower() == kind
         names = ("x1", "x2", "v1_post", "v2_post") if size == 2 else ("x1", "v1_post")
         if two:
             state = [hit[name] for name in names]
         else:
             same, state = same and hit["stop"] == stop, [*hit["q"], *hit["v_post"]]
+        if way and same:
+            slip = math.sin(hit["x1"]) * hit["v1_pre"] if two else _slip(system, hit)
+            same = slip > 0.0 if way == "+" else slip < 0.0
         if not same or np.abs(state - after[:-1]).max() > NEAR * max(1.0, np.abs(after).max()):
             return False
     return True

@@ -6,6 +6,7 @@ The reference motions and their multipliers have 25 digits, by an independent si
 
 import ast
 import copy
+import dataclasses
 import json
 from fractions import Fraction
 from functools import cache
@@ -175,7 +176,7 @@ def changes():
         "a word for true": with_(("machine", "wall_rests"), "false"),
         "periods": with_(("m",), 2),
         "periods that are no number": with_(("m",), "1"),
-        "regime": with_(("legs", 0, 1), "slip"),
+        "regime": with_(("legs", 0, 1), "slip +"),
         "stop": with_(("legs", 0, 0), 1),
         "no legs": with_(("legs",), []),
         "precision": with_(("precision",), 20),
@@ -205,6 +206,53 @@ def test_an_altered_certificate_is_refused(what, tmp_path):
     path.write_text(json.dumps(content))
     with pytest.raises(vi.ProofError):
         vi.check_proof(path)
+
+
+def forged(what):
+    """A certificate that claims what is not so, with the statement that goes with it."""
+    from vibroimpact.proof.certificate import examine
+    from vibroimpact.proof.files import proof_from
+
+    content = copy.deepcopy(dict(proved().certificate))
+    found, claims = examine(content), content["claims"]
+    if what == "a disc elsewhere":  # as wide as before
+        claims["discs"][0][0] = f"-{claims['discs'][0][0]}".replace("--", "")
+    elif what == "a disc beside the multiplier":
+        mantissa, exponent = claims["discs"][2][0].split("p")
+        claims["discs"][2][0] = f"{(int(mantissa) << 40) * 1001 // 1000}p{int(exponent) - 40}"
+    elif what == "a disc twice":
+        claims["discs"][1] = claims["discs"][0]
+    elif what == "stability":
+        claims["stability"] = "unstable"
+        found = dataclasses.replace(found, stability="unstable")
+    elif what == "alone within more":  # a wider box, in which Krawczyk's operator does not contract
+        for pair in content["box"]:
+            mantissa, exponent = pair[1].split("p")
+            pair[1] = f"{mantissa}p{int(exponent) + 8}"
+    proof = proof_from(content, found)
+    text = proof.statement
+    if what == "alone within more, in words":
+        text = text.replace("lies within 6.5e-03", "lies within 6.5e-02")
+        assert text != proof.statement
+    return {"format": "vibroimpact proof 1", **content, "statement": text}
+
+
+FORGERIES = ["a disc elsewhere", "a disc beside the multiplier", "a disc twice", "stability"]
+FORGERIES += ["alone within more", "alone within more, in words"]
+
+
+@pytest.mark.parametrize("what", FORGERIES)
+def test_a_false_claim_is_refused_whatever_the_statement_says(what, tmp_path):
+    path = tmp_path / "motion.json"
+    path.write_text(json.dumps(forged(what)))
+    with pytest.raises(vi.ProofError, match=r"more than is shown|nothing is shown|its statement"):
+        vi.check_proof(path)
+
+
+def test_a_certificate_that_is_written_so_is_accepted(tmp_path):
+    path = tmp_path / "motion.json"
+    path.write_text(json.dumps(forged("nothing")))
+    assert vi.check_proof(path).statement == proved().statement
 
 
 @pytest.mark.parametrize("text", ["", "[]", "null", "{", "1", '"proof"', "\x00"])
@@ -357,6 +405,25 @@ def test_a_free_motion_of_a_structure():
     )
     proof = vi.prove(vi.simulate(system, initial=[[0], [0]], periods=200, keep=50).refine())
     assert (proof.verdict, proof.label, proof.stability) == ("proved", "1-0", "stable")
+
+
+LIGHT = {"mass_ratio": 0.0, "gap": 0.68, "friction": 1.1}
+AT_REST = {"frequency_ratio": 0.69, "restitution": 0.83, "drive_frequency": 1.26}
+AT_REST |= {"damping": (0.01, 0.01), "moment_amplitude": 1.54}
+DRIVEN = {"frequency_ratio": 1.8, "restitution": 0.28, "drive_frequency": 2.3}
+DRIVEN |= {"damping": (0.0, 0.5), "moment_amplitude": 1.53, "force_amplitude": 0.16}
+
+
+@pytest.mark.parametrize("law", ["poisson", "newton", "energetic"])
+@pytest.mark.parametrize("wall", [AT_REST, DRIVEN], ids=["at rest", "driven"])
+def test_a_tip_that_sticks_to_a_body_without_mass(wall, law):
+    """No impulse changes a velocity any more: du/dP = 0 is no divisor."""
+    system = vi.System(**LIGHT, **wall, law=law)
+    motion = vi.simulate(system, initial=(-0.2, 0.5, 0, 0), periods=600, keep=60).refine()
+    assert {leg.regime for leg in motion.legs} == {vi.Regime.STICK_RESTITUTION}
+    proof = vi.prove(motion)
+    assert (proof.verdict, proof.stability) == ("proved", "stable")
+    assert abs(proof.box.center[0, 1 if wall is AT_REST else 2]) < 1e-30  # x1' = 0
 
 
 def test_the_law_of_the_paper_is_left_open():

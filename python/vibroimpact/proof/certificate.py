@@ -54,17 +54,16 @@ def numbers(given: Any, kind: type = fmpq) -> Any:
 def machine_in(given: Mapping[str, Any]) -> Machine:
     """The machine of a certificate, of two bodies or a structure."""
     law, kind = given["law"], given["kind"]
-    known = law in ("poisson", "newton", "energetic") and kind in ("two bodies", "structure")
-    need(known, f"law {law!r} of {kind!r}")
+    need(law in ("poisson", "newton", "energetic"), f"law {law!r}")
     if kind == "two bodies":
         contact, rests = given["contact"], given["wall_rests"]
         need(contact in ("oblique", "direct") and type(rests) is bool, "another contact")
         parts = numbers(given["numbers"], arb)
-        still = plain(parts["mbar"]) == plain(parts["f2"]) == 0  # exactly
-        need(still or not rests, "a wall that does not rest")
+        need(not rests or plain(parts["mbar"]) == plain(parts["f2"]) == 0, "a wall that moves")
         least = [parts[x] for x in ("mbar", "mu", "omega0", "zeta1", "zeta2")]
         machine = two_bodies(parts, contact, law, rests)
     else:
+        need(kind == "structure", f"{kind!r}")
         exactly = [x for x in ("mass", "stiffness", "damping", "damping_ratios") if x in given]
         others = ("static_load", "drive_amplitude", "drive_frequency", "phase", "stops")
         parts = {name: numbers(given[name]) for name in exactly}

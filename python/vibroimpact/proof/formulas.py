@@ -155,9 +155,8 @@ def _modal_damping(inner: fmpq_mat, ratios: Sequence[fmpq]) -> arb_mat:
     """M^-1 C: the polynomial of L = M^-1 K that is 2 zeta_i w_i at its eigenvalues w_i^2."""
     n, place = inner.nrows(), 0
     total, one = arb_mat(n, n), arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
-    found: Any = inner.charpoly().complex_roots()
-    roots = [(root.real, count) for root, count in found]
-    roots.sort(key=lambda pair: pair[0].mid())  # real, apart, ascending as the ratios
+    found: Any = inner.charpoly().complex_roots()  # real, apart; ascending as the ratios
+    roots = sorted(((x.real, count) for x, count in found), key=lambda pair: pair[0].mid())
     for i, (root, count) in enumerate(roots):
         (ratio,) = set(ratios[place : place + count])  # equal where frequencies are
         place += count
@@ -168,8 +167,9 @@ def _modal_damping(inner: fmpq_mat, ratios: Sequence[fmpq]) -> arb_mat:
     return total
 
 
-REGIMES: tuple[str, ...] = ("frictionless", "slip", "reversal_approach", "reversal_restitution")
-REGIMES += ("stick_approach", "stick_restitution")
+_WAYS = ("slip", "reversal_approach", "reversal_restitution", "stick_approach", "stick_restitution")
+#: "+" and "-" are the direction of slip before the impact.
+REGIMES: tuple[str, ...] = ("frictionless", *(f"{way} {sign}" for way in _WAYS for sign in "+-"))
 
 
 def impact(machine: Machine, stop: Stop, regime: str, w: Row) -> Landing:
@@ -188,36 +188,39 @@ def impact(machine: Machine, stop: Stop, regime: str, w: Row) -> Landing:
     shown = [(u, "the bodies do not approach")]
     if (regime == "frictionless") != plain(mu).is_zero():
         raise Undecided("an impact is frictionless where friction is 0, and only there")
-    p, q = (1 + r) * u / a, arb(0)
+    s, b, c = dot(tangent, v), dot(normal, by_tangent), dot(tangent, by_tangent)
+    friction = mu if "+" in regime else -mu  # with the sign of s
+    k, rate = b + friction * c, a + friction * b  # ds = -k dP, du = -rate dP
+    p = (1 + r) * u / rate  # (1 + r) P_f
+    q = -friction * p
     if regime != "frictionless":
-        s, b, c = dot(tangent, v), dot(normal, by_tangent), dot(tangent, by_tangent)
-        if not (plain(s) > 0 or plain(s) < 0):
-            raise Undecided("the slip before an impact may be 0")
-        sign = 1 if plain(s) > 0 else -1
-        friction = sign * mu
-        k, rate = b + friction * c, a + friction * b  # ds = -k dP, du = -rate dP
-        p = (1 + r) * u / rate  # (1 + r) P_f
-        q = -friction * p
-    if regime == "slip":
-        shown += [(rate, "slip grows"), (sign * (s - k * p), "slip stops")]
+        shown.append((friction * s, "slip has the other direction"))
+    if "slip" in regime:
+        shown += [(rate, "slip grows"), (friction * (s - k * p), "slip stops")]
     elif regime != "frictionless":
         sticks, in_approach = "stick" in regime, "approach" in regime
         stopped = s / k  # P*
         # u at P*; at a wall at rest u and s vanish together, which counts as restitution
         together = stop.tip and size == 1
         bent = arb(0) if together else u - rate * stopped
+        # a tip that sticks to a body without mass is held: no impulse changes a velocity any more
+        held = sticks and stop.tip and plain(sum(machine.inverse_mass[-1][1:], arb(0))).is_zero()
         after = a - b * b / c if sticks else a - friction * b  # du = -after dP beyond P*
         cone = mu * c - (abs(b) if isinstance(b, arb) else (b * b).sqrt())  # has |b|
-        shown.append((sign * k, "slip does not stop"))
+        shown.append((friction * k, "slip does not stop"))
         shown.append((cone, "slip reverses") if sticks else (-cone, "the contact sticks"))
         if in_approach:
             shown.append((bent, "slip stops after the approach"))
         else:
             shown += [(rate, "slip grows"), (p - stopped, "slip goes on")]
             shown += [] if together else [(-bent, "slip stops in the approach")]
-        if in_approach or law != "poisson":
+        if in_approach or not (held or law == "poisson"):
             shown.append((after, "the impact does not end"))
-        if law == "poisson":
+        elif not sticks:  # in all other cases u <= 0 after the impact is known
+            shown.append((after * (p - stopped) - bent, "the bodies do not part"))
+        if held:
+            p = stopped
+        elif law == "poisson":
             p = (1 + r) * (stopped + bent / after) if in_approach else p
         elif law == "newton":
             p = stopped + (bent + r * u) / after

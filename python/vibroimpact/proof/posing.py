@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from .._core import LegKind, Regime
@@ -14,8 +15,10 @@ from ..structure import Structure
 from ..structure_motion import StructureOrbit
 from ..system import SYMBOLS, System
 from ..verification.structure_motion import exact_structure
+from .certificate import machine_in
 from .files import text
-from .verifier import CIRCUIT
+from .formulas import dot
+from .verifier import CIRCUIT, Orbit
 
 AnyMotion = PeriodicMotion | StructureOrbit
 
@@ -94,7 +97,25 @@ def legs_of(motion: AnyMotion, *, free: bool = False) -> list[list[Any]] | str:
         if leg.regime is None:
             return "sustained contact is not proved"
         legs.append([getattr(leg, "stop", 0), Regime(leg.regime).name.lower()])
-    return legs
+    return _directed(motion, legs)
+
+
+def _directed(motion: AnyMotion, legs: list[list[Any]]) -> list[list[Any]]:
+    """Legs whose regimes tell the direction of slip before the impact."""
+    if all(regime == "frictionless" for _, regime in legs):
+        return legs
+    machine, z = machine_in(machine_in_text(motion)), [arb(x) for x in nodes_of(motion).ravel()]
+    orbit = Orbit(machine, motion.m, tuple((stop, regime) for stop, regime in legs))
+    n, told = machine.size, []
+    for k, (place, regime) in enumerate(legs):
+        begin, _, lasts = orbit.times(k, z)
+        start = [*z[k * (2 * n + 1) :][: 2 * n], *machine.drive(begin)]
+        w = (machine.flow(lasts) * arb_mat(len(start), 1, start)).entries()
+        stop = machine.stops[place]
+        slip = w[0].sin() * w[n] if stop.tip else dot(stop.tangent, w[n : 2 * n])
+        way = "-" if slip.mid() < 0 else "+"
+        told.append([place, regime if regime == "frictionless" else f"{regime} {way}"])
+    return told
 
 
 def nodes_of(motion: AnyMotion) -> NDArray[np.float64]:

@@ -140,13 +140,20 @@ def _listed(given: Any) -> str:
 def _regimes(given: Mapping[str, Any]) -> str:
     several = given["machine"]["kind"] == "structure" and len(given["machine"]["stops"]) > 1
     names = [
-        regime.replace("_", " in ") + (f" at stop {stop}" if several else "")
+        _in_words(regime) + (f" at stop {stop}" if several else "")
         for stop, regime in given["legs"]
     ]
     if len(set(names)) == 1:
         return names[0] if len(names) == 1 else f"all {names[0]}"
     shown = names[: 3 * _MOST]
     return ", ".join(shown) + ("" if len(shown) == len(names) else ", ...")
+
+
+def _in_words(regime: str) -> str:
+    """A regime; s is the slip velocity before the impact."""
+    name, _, way = regime.partition(" ")
+    sign = {"+": " (s > 0)", "-": " (s < 0)"}.get(way, "")
+    return name.replace("_", " in ") + sign
 
 
 def _nodes(proof: Proof) -> str:

@@ -17,15 +17,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from flint import acb, acb_mat, arb, arb_mat, arb_series, fmpq
 
-from .formulas import REGIMES, Landing, Machine, Number, Refuted, Undecided, impact
+from .formulas import Landing, Machine, Number, Refuted, Undecided, impact
 from .near import near_inverse
 
 Stability = Literal["stable", "unstable", "undecided"]
 CIRCUIT = (-1, "no_impact")  # the leg of a motion without impacts
+PASSED = "passed"  # no impact, in branches: a flight is cut where a gap is largest, g' = 0
 _DEEPEST, _MOST_PIECES, _AFRESH, _NARROWER = 100, 100_000, 32, 8  # of a flight; boxes
 
 
@@ -62,6 +63,8 @@ class Orbit:
         if self.legs[k] == CIRCUIT:
             return [*w[: 2 * n], time], []
         stop, regime = self.machine.stops[self.legs[k][0]], self.legs[k][1]
+        if regime == PASSED:
+            return [*w[: 2 * n], stop.gap(w, 1)], [(-stop.gap(w), "a stop is met in a flight")]
         velocities, conditions = impact(self.machine, stop, regime, w)
         return [*w[:n], *velocities, stop.gap(w)], conditions
 
@@ -80,8 +83,7 @@ class Orbit:
             columns = [*flow.transpose().tolist()[:n], by_begin.entries(), rate.entries()]
             for j, column in enumerate(columns):
                 time = arb_series([end, int(j == n + 1)], 2)
-                pairs = zip(ending[:n], column[:n], strict=True)
-                moved = [arb_series([x, dx], 2) for x, dx in pairs]
+                moved = [arb_series([x, y], 2) for x, y in zip(ending, column[:n], strict=False)]
                 moved += machine.drive(time) if j == n + 1 else ending[n:]
                 rows.append([x[1] for x in self.after(k, moved, time)[0]])
         return Flight(start, lasts, after, arb_mat(rows).transpose(), conditions)
@@ -155,9 +157,7 @@ def show_motion(orbit: Orbit, flights: Sequence[Flight]) -> None:
                 raise Undecided(f"leg {k + 1}: it is open whether {wrong}")
     count, states = len(flights), [flight.start.entries()[:-3] for flight in flights]
     for p in range(2, math.gcd(count, orbit.m) + 1):
-        later = states[count // p :] + states[: count // p]
-        same = all(all(map(arb.overlaps, *two)) for two in zip(states, later, strict=True))
-        if same and count % p == 0 and orbit.m % p == 0:
+        if count % p == orbit.m % p == 0 and all(map(arb.overlaps, states[0], states[count // p])):
             raise Undecided("it may repeat earlier")
     for k, flight in enumerate(flights):
         show_clear(orbit, k, flight)
@@ -165,7 +165,7 @@ def show_motion(orbit: Orbit, flights: Sequence[Flight]) -> None:
 
 def show_clear(orbit: Orbit, k: int, flight: Flight) -> None:
     """Show that flight k meets no stop before its end, in pieces of time, which are halved."""
-    machine, (first, regime), last = orbit.machine, orbit.legs[k - 1], orbit.legs[k][0]
+    machine, first, last = orbit.machine, orbit.legs[k - 1][0], orbit.legs[k][0]
     coarse = 5 - math.floor(math.log2(float(flight.duration.mid())))
     place, w, levels, pieces, lost = fmpq(0), flight.start, list[int](), 0, False
     while True:
@@ -178,9 +178,8 @@ def show_clear(orbit: Orbit, k: int, flight: Flight) -> None:
         after, wide = arb(2) ** -(reach + 1) * arb(1, 1), machine.step(reach, up_to=True) * w
         for j, stop in enumerate(machine.stops):
             rate, bend = stop.gap(wide.entries(), 1), stop.gap(wide.entries(), 2)
-            if place == 0 and j == first:  # g = 0, g' = -r u <= 0; then g' < 0, or g'' < 0
-                falls = regime in REGIMES[:2] or stop.restitution.is_zero()
-                clear = rate < 0 or (falls and bend < 0)
+            if place == 0 and j == first:  # g = 0, g' <= 0; then g' < 0, or g'' < 0
+                clear = rate < 0 or bend < 0
             elif ends and j == last:  # g = 0 in the end, where g' = u > 0; g' > 0 before
                 clear = rate > 0 or bend < 0
             else:
@@ -203,8 +202,7 @@ def show_clear(orbit: Orbit, k: int, flight: Flight) -> None:
 
 def spectrum(orbit: Orbit, flights: Sequence[Flight]) -> tuple[Stability, list[acb], str]:
     """Stability, discs of the multipliers (section 7) by falling modulus; why there are none."""
-    width = 2 * orbit.machine.size + 1
-    matrix = acb_mat([[int(i == j) for j in range(width)] for i in range(width)])
+    matrix: Any = 1
     for k, flight in enumerate(flights):
         starts, ends = orbit.blocks(k, flight)
         matrix = acb_mat(ends.solve(-starts)) * matrix
