@@ -85,9 +85,8 @@ def test_claims_of_more_than_is_shown_are_refused(proof, tmp_path):
     good = saved(proof(), path)
     assert good == retold(copy.deepcopy(good))
     changes = [
-        lambda x: claims(x)[1][0].__setitem__(3, not claims(x)[1][0][3]),
         lambda x: claims(x)[1][0].__setitem__(1, claims(x)[1][0][0]),
-        lambda x: claims(x)[1][0].__setitem__(2, "change_of_stability"),
+        lambda x: claims(x)[1][0].__setitem__(2, "grazing"),
     ]
     if proof is turned_proof:
         changes.append(lambda x: [tube["cuts"].__delitem__(slice(-1)) for tube in tubes(x)])
@@ -101,7 +100,7 @@ def test_claims_of_more_than_is_shown_are_refused(proof, tmp_path):
             lambda x: claims(x)[0][1].__setitem__(0, claims(x)[0][0][0]),
             lambda x: claims(x)[0][0].__setitem__(1, "2p0"),
             lambda x: claims(x)[0].append(["1p0", "3p-1", "proved", "stable", "", 0]),
-            lambda x: claims(x)[1].append(["1p0", "3p-1", "saddle_node", True, 0]),
+            lambda x: claims(x)[1].append(["1p0", "3p-1", "saddle_node", 0]),
             lambda x: [piece["tubes"].pop(1) for piece in x["pieces"]],
             lambda x: [piece["tubes"].reverse() for piece in x["pieces"]],
             lambda x: x.update(parameter="gap"),
@@ -160,8 +159,7 @@ def hostile():
 
     def beyond(content):
         """The last part ends outside of its tube."""
-        mantissa, exponent = tube(content, -1)["half"].split("p")
-        tube(content, -1)["cuts"].append(f"{3 * int(mantissa)}p{exponent}")
+        tube(content, -1)["cuts"].append("3p0")
 
     def thin(content):
         """Tubes so thin that they would be unique within nothing."""
@@ -180,9 +178,23 @@ def hostile():
     def another_kind(content):
         content["claims"]["bifurcations"][0][2] = "grazing"
 
-    def touching(content):
-        """A touch in no flight, and one at a time that is none."""
-        tube(content)["touches"] = [[0, 0, "1p0", "0p0"]]
+    def passed(content):
+        """The impact as a maximum of the gap inside a flight."""
+        piece(content)["legs"] = [[0, "passed"]]
+        piece(content)["label"] = f"{piece(content)['m']}-0"
+
+    def bent(content):
+        """Another unknown along which it should go on steadily."""
+        tube(content)["axis"] -= 1
+
+    def still(content):
+        """A line along which the unknown that goes on does not."""
+        one = tube(content)
+        one["line"][1][one["axis"]] = "0p0"
+
+    def curved(content):
+        one = tube(content)
+        one["line"][2][one["axis"]] = "1p-90"
 
     def none(content):
         tube(content)["cuts"] = []
@@ -195,7 +207,7 @@ def hostile():
         piece(content)["label"] = f"{piece(content)['m']}-1"
 
     told = (gap, narrow, other_sheet, merged, swapped, coarse, backwards, beyond, thin, wide)
-    told += (elsewhere, another_kind, touching, none, other_legs, longer)
+    told += (elsewhere, another_kind, passed, bent, still, curved, none, other_legs, longer)
     return {change.__name__: change for change in told}
 
 

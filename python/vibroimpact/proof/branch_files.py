@@ -13,23 +13,47 @@ from ..errors import ProofError
 from ..system import SYMBOLS
 from .branch_result import BranchProof, ProvedBifurcation, ProvedStretch, Unproved
 from .certificate import exact
-from .chain import Shown, examine_chain
+from .chain import Shown, examine_chain, summary
 from .files import text
 from .formulas import Undecided
+from .parts import Slice
+from .verifier import PASSED
 
 #: Entries of a piece.
 _OF_PIECE = {"m", "label", "legs", "tubes", "open"}
 #: Ends of a claimed range are so many doubles inside what is found: another version of the
 #: arithmetic may round more.
 _ROOM = 2
+#: The Ctrl-C that ends a proof with what is verified so far.
+_PATIENCE = 2
 #: How near, as a part of its value, a computed bifurcation is to the one that is enclosed.
 _NEAR = 1e-6
 _NOTHING = "no tube reaches these values"
+#: Numbers of a structure that can be a parameter, and of one of its stops.
+_NUMBERS, _OF_STOP = ("drive_frequency", "phase"), ("gap", "restitution", "friction")
 
 
-def branch_proof_of(posed: dict[str, Any], known: Sequence[tuple[str, float]] = ()) -> BranchProof:
-    """The proof that is found; those of the known bifurcations that are not shown are open."""
-    found = _found(posed)
+def branch_proof_of(
+    posed: dict[str, Any], known: Sequence[tuple[str, float]], interrupts: int
+) -> tuple[BranchProof, int]:
+    """The proof that is found; those of the known bifurcations that are not shown are open.
+
+    Ctrl-C is counted: the first one begins a piece anew, the next one ends with what is verified.
+    """
+    found = list[Shown]()
+    for piece in posed["pieces"]:
+        told = list[Slice]()
+        while interrupts < _PATIENCE:
+            told.clear()
+            try:
+                for some in _examined(posed, piece):
+                    told += some
+                break
+            except KeyboardInterrupt:
+                interrupts += 1
+        else:
+            piece["open"] = [[*posed["within"], "interrupted before it was verified"]]
+        found.append(summary(told) if told else Shown())
     stretches = _stretches(found, posed["within"], _ROOM)
     bifurcations = _bifurcations(found, posed["within"], _ROOM)
     for kind, value in known:
@@ -43,30 +67,29 @@ def branch_proof_of(posed: dict[str, Any], known: Sequence[tuple[str, float]] = 
         "stretches": [
             [text(x.lo), text(x.hi), x.verdict, x.stability, x.why, piece] for x, piece in stretches
         ],
-        "bifurcations": [
-            [text(x.lo), text(x.hi), x.kind, x.single, piece] for x, piece in bifurcations
-        ],
+        "bifurcations": [[text(x.lo), text(x.hi), x.kind, piece] for x, piece in bifurcations],
     }
-    return _proof_from({**posed, "claims": claims}, found)
+    return _proof_from({**posed, "claims": claims}, found), interrupts
+
+
+def _examined(posed: Mapping[str, Any], piece: Mapping[str, Any]) -> Iterator[list[Slice]]:
+    """What is shown of the tubes of a piece, if it has any."""
+    if set(piece) != _OF_PIECE or any(len(row) != 3 for row in piece["open"]):
+        raise ProofError("a piece of another kind")
+    if piece["tubes"] and piece["label"] != label_of(piece):
+        raise ProofError("a label that is another one's")
+    if piece["tubes"]:
+        machine, place, precision = (posed[name] for name in ("machine", "place", "precision"))
+        try:
+            yield from examine_chain(machine, place, piece, precision)
+        except Undecided as reason:
+            raise ProofError(f"nothing is shown: {reason}") from reason
 
 
 def _found(posed: Mapping[str, Any]) -> list[Shown]:
     """What is shown of each piece."""
-    machine, place, precision = (posed[name] for name in ("machine", "place", "precision"))
-    found = []
-    for piece in posed["pieces"]:
-        if set(piece) != _OF_PIECE or any(len(row) != 3 for row in piece["open"]):
-            raise ProofError("a piece of another kind")
-        if piece["tubes"] and piece["label"] != f"{piece['m']}-{len(piece['legs'])}":
-            raise ProofError("a label that is another one's")
-        if not piece["tubes"]:
-            found.append(Shown())
-            continue
-        try:
-            found.append(examine_chain(machine, place, piece, precision))
-        except Undecided as reason:
-            raise ProofError(f"nothing is shown: {reason}") from reason
-    return found
+    told = [[x for some in _examined(posed, piece) for x in some] for piece in posed["pieces"]]
+    return [summary(slices) if slices else Shown() for slices in told]
 
 
 def _rounded(x: arb, way: float, steps: int = 0) -> float:
@@ -107,11 +130,10 @@ def _bifurcations(
     """Those of all pieces that may lie in a range, each wider by so many doubles at its ends."""
     (low, high), kept = _range(within), []
     for piece, shown in enumerate(found):
-        for begin, end, kind, single in shown.events:
+        for begin, end, kind in shown.events:
             lo, hi = _rounded(begin, -np.inf, room), _rounded(end, np.inf, room)
             if low <= hi and lo <= high:
-                event = ProvedBifurcation(kind=kind, lo=lo, hi=hi, label="", single=single)
-                kept.append((event, piece))
+                kept.append((ProvedBifurcation(kind=kind, lo=lo, hi=hi, label=""), piece))
     return kept
 
 
@@ -126,10 +148,10 @@ def _proof_from(certificate: dict[str, Any], found: Sequence[Shown]) -> BranchPr
         first, last = _range([lo, hi])
         told = {"verdict": verdict, "stability": steady, "why": why, "label": labels[piece]}
         stretches.append(ProvedStretch(lo=first, hi=last, **told))
-    for lo, hi, kind, single, piece in claims["bifurcations"]:
+    for lo, hi, kind, piece in claims["bifurcations"]:
         first, last = _range([lo, hi])
-        event = ProvedBifurcation(kind=kind, lo=first, hi=last, single=single, label=labels[piece])
-        bifurcations.append(event)
+        told = {"kind": kind, "label": labels[piece]}
+        bifurcations.append(ProvedBifurcation(lo=first, hi=last, **told))
     for label, piece, shown in zip(labels, pieces, found, strict=True):
         for lo, hi, why in sorted([*_open(piece, shown, low, high)]):
             if lo <= high and hi >= low:
@@ -187,7 +209,7 @@ def verified_branch(posed: dict[str, Any], claims: Mapping[str, Any]) -> BranchP
         if not any(_is_part(one, other) and piece == place for other, place in shown):
             raise ProofError("it claims more than is shown")
     there = _bifurcations(found, posed["within"], 0)
-    rows = [row[4] for row in claims["bifurcations"]]
+    rows = [row[3] for row in claims["bifurcations"]]
     for event, piece in zip(proof.bifurcations, rows, strict=True):
         held = (piece == place and _holds(event, other) for other, place in there)
         if not any(held):
@@ -201,16 +223,24 @@ def _is_part(one: ProvedStretch, shown: ProvedStretch) -> bool:
 
 
 def _holds(one: ProvedBifurcation, shown: ProvedBifurcation) -> bool:
-    same = (one.kind, one.single) == (shown.kind, shown.single)
-    return same and one.lo <= shown.lo and shown.hi <= one.hi
+    return one.kind == shown.kind and one.lo <= shown.lo and shown.hi <= one.hi
+
+
+def label_of(piece: Mapping[str, Any]) -> str:
+    """The m-n of a piece; a flight that is cut is no impact."""
+    return f"{piece['m']}-{sum(regime != PASSED for _, regime in piece['legs'])}"
 
 
 def names_of(machine: Mapping[str, Any], place: Sequence[Any]) -> set[str]:
     """The names of the parameter at a place in a certificate; that of the only stop has two."""
     if machine["kind"] == "two bodies":
-        (symbol,) = place
-        return {SYMBOLS[symbol]}
-    if place[0] != "stops":
-        return {str(place[0])}
+        # a wall at rest has no mass and no drive, whatever the value
+        fixed = {"mbar", "f2"} if machine["wall_rests"] else set()
+        return {SYMBOLS[x] for x in place[:1] if len(place) == 1 and x in set(SYMBOLS) - fixed}
+    if len(place) == 1:
+        return {x for x in _NUMBERS if x == place[0]}
+    if len(place) != 3 or place[0] != "stops" or type(place[1]) is not int:
+        return set()
+    known = 0 <= place[1] < len(machine["stops"]) and place[2] in _OF_STOP
     alone = {str(place[2])} if len(machine["stops"]) == 1 else set()
-    return {f"{place[2]}_{place[1]}"} | alone
+    return {f"{place[2]}_{place[1]}"} | alone if known else set()

@@ -19,7 +19,8 @@ from .certificate import exact
 from .chain import family_of
 from .files import text
 from .formulas import Undecided
-from .posing import legs_of, machine_in_text, nodes_of
+from .posing import AnyMotion, legs_of, machine_in_text, nodes_of
+from .touching import cut_flights
 from .tube import Family
 from .walking import walk
 
@@ -61,26 +62,24 @@ def proved_branch(
             for k, value in enumerate(part.values.tolist())
         ]
         for points in _visits(np.array(rows), within):
-            posed: dict[str, Any] = {
-                "m": motion.m,
-                "label": motion.label,
-                "legs": [],
-                "tubes": [],
-                "open": [],
-            }
+            posed = _posed(motion)
             pieces.append(posed)
             if isinstance(legs, str):
                 posed["open"] = [_open(points, legs)]
                 continue
-            posed["legs"] = legs
-            why = "interrupted" if interrupted else ""
-            try:
-                family = family_of(machine, place, posed)
-                why = why or _walked(family, points, within, posed, tubes)
-            except KeyboardInterrupt:
-                why, interrupted = "interrupted", True
-            if why:
-                posed["open"] = [_open(_beyond(points, posed["tubes"]), why)]
+            for some, visited in _cut(machine, place, posed | {"legs": legs}, points):
+                if posed["legs"]:
+                    posed = _posed(motion)
+                    pieces.append(posed)
+                posed["legs"] = some
+                why = "interrupted" if interrupted else ""
+                try:
+                    family = family_of(machine, place, posed)
+                    why = why or _walked(family, visited, within, posed, tubes)
+                except KeyboardInterrupt:
+                    why, interrupted = "interrupted", True
+                if why:
+                    posed["open"] = [_open(_beyond(visited, posed["tubes"]), why)]
     posed = {
         "machine": machine,
         "parameter": name,
@@ -94,10 +93,31 @@ def proved_branch(
         for one in branch.bifurcations
         if within[0] <= one.value <= within[1]
     ]
-    try:
-        return branch_proof_of(posed, known), interrupted
-    except KeyboardInterrupt:  # all tubes are there, and no verdict is told before it is verified
-        return branch_proof_of(posed, known), True
+    proof, interrupts = branch_proof_of(posed, known, int(interrupted))
+    return proof, interrupts > 0
+
+
+def _posed(motion: AnyMotion) -> dict[str, Any]:
+    """A piece without tubes."""
+    return {"m": motion.m, "label": motion.label, "legs": [], "tubes": [], "open": []}
+
+
+def _cut(
+    machine: dict[str, Any], place: Any, posed: dict[str, Any], points: Array
+) -> list[tuple[list[Any], Array]]:
+    """Points and their legs: at an end at which a flight touches a stop it is cut there."""
+    found, rest, legs = list[tuple[list[Any], Array]](), points, posed["legs"]
+    with ctx.workprec(_PRECISION):
+        family = family_of(machine, place, posed)
+        for sense in (-1, 1):
+            cut = cut_flights(family, rest[::sense]) if len(rest) > 1 else None
+            if cut is not None:
+                found.append((cut[0], cut[1][::sense]))
+                kept = len(rest) - len(cut[1]) + 1
+                rest = (rest[::sense][:kept])[::sense]
+    if len(rest) > 1:
+        found.insert(0, (legs, rest))
+    return found
 
 
 def _walked(

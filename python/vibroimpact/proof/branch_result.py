@@ -59,24 +59,19 @@ class ProvedBifurcation:
         The range.
     label
         The motion's m-n.
-    single
-        Whether it is shown that there is exactly one on the part of the branch that is open around
-        it: its test function has one zero there. Else there is at least one, by what differs on
-        both sides.
 
     Examples
     --------
     >>> import vibroimpact as vi
-    >>> found = vi.ProvedBifurcation(kind="saddle_node", lo=1.0, hi=1.1, label="1-1", single=True)
-    >>> found.single
-    True
+    >>> found = vi.ProvedBifurcation(kind="saddle_node", lo=1.0, hi=1.1, label="1-1")
+    >>> found
+    ProvedBifurcation(kind='saddle_node', lo=1.0, hi=1.1, label='1-1')
     """
 
     kind: str
     lo: float
     hi: float
     label: str
-    single: bool = False
 
 
 @interruptible

@@ -15,7 +15,6 @@ _KINDS = {
     "saddle_node": "extremum of the parameter (saddle-node)",
     "period_doubling": "point with a multiplier -1 (period doubling)",
     "neimark_sacker": "point with two conjugate multipliers on the unit circle (Neimark-Sacker)",
-    "change_of_stability": "point with a multiplier on the unit circle",
     "grazing": "point on the border of a flight's conditions (grazing)",
     "regime_border": "point on the border of a regime of an impact",
 }
@@ -48,7 +47,7 @@ def branch_statement(proof: BranchProof) -> str:
     for found, row in list(zip(proof.bifurcations, claims["bifurcations"], strict=True))[:_MOST]:
         parts.append(
             f"On {_curve(row, curves)}, between {found.lo!r} and {found.hi!r}, the {found.label} "
-            f"solutions have {'exactly' if found.single else 'at least'} one {_KINDS[found.kind]}."
+            f"solutions have exactly one {_KINDS[found.kind]}."
         )
     more = max(0, len(proof.stretches) - _MOST) + max(0, len(proof.bifurcations) - _MOST)
     if more:

@@ -41,12 +41,11 @@ def eigenvectors(matrix: acb_mat) -> acb_mat:
     return acb_mat([[acb(x.real, x.imag) for x in row] for row in rows])
 
 
-def null_vectors(matrix: acb_mat, at: acb) -> tuple[list[acb], list[acb]]:
-    """Near the zero vectors, conjugate, of a matrix less a number: of columns, and of rows."""
-    numbers = _numbers(matrix)
-    left, _, right = np.linalg.svd(numbers - _number(at) * np.eye(len(numbers)))
-    row, column = ([acb(x.real, x.imag) for x in v.tolist()] for v in (right[-1], left[:, -1]))
-    return row, column
+def singular_basis(matrix: arb_mat) -> tuple[arb_mat, arb_mat]:
+    """Two matrices whose product about another one is near 1, but for its least singular value."""
+    left, sizes, right = np.linalg.svd(_numbers(acb_mat(matrix)).real)
+    scale = np.append(1.0 / sizes[:-1], 1.0)
+    return arb_mat((left * scale).T.tolist()), arb_mat(right.T.tolist())
 
 
 def _number(x: acb) -> complex:

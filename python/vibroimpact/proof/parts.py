@@ -1,34 +1,32 @@
-"""What holds of the motions on a part of a tube."""
+"""What holds of the motions on a part of a tube, and where that changes.
+
+A special point is a zero of a test function f along the branch: a condition of a motion, or the
+determinant of a matrix. With dY/dh along the branch f' is known. If f' is not 0 on a part, and
+Newton's step h - f(h)/f' from a point of it leads into it for all f' there, it has one zero of f.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations
 
-from flint import acb, acb_mat, arb, arb_series
+from flint import acb_mat, arb, arb_mat, arb_series
 
-from . import along
 from .formulas import Number, Refuted, Undecided
-from .near import eigenvectors
-from .tube import Family, Image, Tube, point_at, turn
-from .verifier import show_motion, stability
+from .near import eigenvectors, inverse_of, singular_basis
+from .tube import WHOLE, Family, Tube, at, derivative, image, matrices, return_map, term
+from .verifier import Stability, inside, show_motion, stability
 
+#: Test functions along a line: f, f', and the kind of special point where f is 0.
+Tests = Callable[[Sequence[Number]], list[tuple[arb, arb, str]]]
 #: What is raised where nothing is shown.
 OPEN = (Undecided, ValueError, ZeroDivisionError)
-
-
-@dataclass(frozen=True)
-class Special:
-    """The only special point of its kind on a part of a tube: its value of the parameter.
-
-    `clear`: on the part nothing else changes: all other multipliers lie inside the unit circle, or
-    all other conditions hold.
-    """
-
-    kind: str
-    value: arb
-    clear: bool
+KINDS = ("saddle_node", "period_doubling", "neimark_sacker")
+UNDECIDED: Stability = "undecided"
+#: Times that a point is enclosed anew; steps of Newton's method.
+_CLOSER, _STEPS = 3, 6
 
 
 @dataclass(frozen=True)
@@ -36,8 +34,7 @@ class Slice:
     """What holds of the solutions on a part of a tube, from h = `lo` to `hi`.
 
     `first`, `last`: the parameter at its ends; `values`: on all of it. `rises`: 1 or -1 if it rises
-    or falls along the part, else 0. `broken`: of no motion, the kind of border that it is beyond.
-    `special`: a point that lies on it, or at its end.
+    or falls along the part, else 0. `special`: the kind of the special point at its end.
     """
 
     lo: arb
@@ -48,9 +45,8 @@ class Slice:
     rises: int
     verdict: str
     why: str
-    broken: str
-    stability: str
-    special: Special | None = None
+    stability: Stability
+    special: str = ""
 
     @property
     def known(self) -> bool:
@@ -61,90 +57,149 @@ class Slice:
 
 @dataclass(frozen=True)
 class Arc:
-    """The branch in a tube: K, `turn`, the derivative of the return map in some basis."""
+    """The branch in a tube: K, and the derivative of the return map in some basis."""
 
     family: Family
     tube: Tube
     away: list[arb]
-    turn: list[arb]
     returns: list[acb_mat]
 
     @classmethod
-    def of(cls, family: Family, tube: Tube, found: Image) -> Arc:
-        """The branch in a tube; raises Undecided if none is shown."""
-        if not found.inside:
+    def of(cls, family: Family, tube: Tube, away: list[arb]) -> Arc:
+        """The branch in a tube whose K is given; raises Undecided if none is shown."""
+        if not inside(away, [arb(0, r) for r in tube.radius]):
             raise Undecided("Krawczyk's operator does not contract in a tube")
-        legs, returns = tube.legs(family, found.away), list[acb_mat]()
-        turns = turn(family, tube, found.away, tube.taylor(along.residual, legs))
+        returns = list[acb_mat]()
         with suppress(*OPEN):
-            given = [acb_mat(x) for x in tube.taylor(along.return_map, legs)]
+            given = [acb_mat(x) for x in tube.taylor(return_map, family, away)]
             basis = eigenvectors(given[0])  # any will do
             returns = [basis.solve(x * basis) for x in given]
-        return cls(family, tube, found.away, turns, returns)
+        return cls(family, tube, away, returns)
+
+    def box(self, h: arb) -> list[arb]:
+        """What holds the branch at some values of h."""
+        return self.tube.part(h, self.away)
+
+    def point(self, h: arb) -> list[arb]:
+        """The branch at one value of h: it lies in K of short tubes about it, too."""
+        box, axis = self.box(h), self.tube.axis
+        for _ in range(_CLOSER):
+            centre = [x.mid() for x in box]
+            radius = [abs(x - c).upper() for x, c in zip(box, centre, strict=True)]
+            short = [r if j == axis else arb(0) for j, r in enumerate(radius)]
+            around = Tube([centre, short], radius, axis)
+            box = around.part(WHOLE, image(self.family, around))
+        return box
+
+    def speed(self, box: Sequence[arb]) -> list[arb]:
+        """dY/dh = X in a box: DF X = 0, and X_i is that of the centre line."""
+        slopes, size, axis = derivative(self.family, self.tube.axis, box), len(box), self.tube.axis
+        column = arb_mat([[arb(0)]] * (size - 1) + [[self.tube.line[1][axis]]])
+        near = inverse_of(slopes)
+        return list((near * slopes).solve(near * column).entries())
+
+    def line(self, h: arb) -> list[Number]:
+        """The branch at some values of h, or at one, as series: Y + dY/dh h."""
+        box = self.box(h) if h.rad() > 0 else self.point(h)
+        return [arb_series(list(pair), 2) for pair in zip(box, self.speed(box), strict=True)]
 
     def look(self, lo: arb, hi: arb) -> Slice:
         """What is shown from h = lo to hi."""
-        h, steady = lo.union(hi), "undecided"
-        box = self.tube.part(h, self.away)
-        first, last = (self.tube.part(end, self.away)[-1] for end in (lo, hi))
+        h, rises, steady = lo.union(hi), 0, UNDECIDED
+        box, (first, last) = self.box(h), (self.box(end)[-1] for end in (lo, hi))
+        verdict, why = motion(self.family, box)
         with suppress(*OPEN):
-            steady = steadiness(along.at(self.returns, h)) if self.returns else steady
-        rises = sign(self.speed(h)[-1])
-        return Slice(lo, hi, first, last, box[-1], rises, *motion(self.family, box), steady)
-
-    def speed(self, h: arb) -> list[arb]:
-        """dY/dh."""
-        return [x + a for x, a in zip(self.tube.coefficients(h, 1), self.turn, strict=True)]
-
-    def line(self, lo: arb, hi: arb) -> list[Number]:
-        """The branch from h = lo to hi as series, Y + dY/dh h; a point of it if lo is hi."""
-        h, point = lo.union(hi), lo is hi
-        box = self.point(lo) if point else self.tube.part(h, self.away)
-        return [arb_series([y, x], 2) for y, x in zip(box, self.speed(h), strict=True)]
-
-    def point(self, h: arb) -> list[arb]:
-        """The point in a plane."""
-        return point_at(self.family, self.tube, self.away, h)
+            rate = self.speed(box)[-1]
+            rises = 1 if rate > 0 else -1 if rate < 0 else 0
+        with suppress(*OPEN):
+            if self.returns and verdict != "disproved":
+                steady = steadiness(at(self.returns, h))
+        return Slice(lo, hi, first, last, box[-1], rises, verdict, why, steady)
 
 
-def sign(x: arb) -> int:
-    """1, -1, or 0 if it is not known."""
-    return 1 if x > 0 else -1 if x < 0 else 0
+def motion(family: Family, box: Sequence[arb]) -> tuple[str, str]:
+    """The verdict on the solutions in a box, and why."""
+    try:
+        orbit = family.at(box[-1])
+        show_motion(orbit, orbit.flights(box[:-1]))
+    except Refuted as reason:
+        return "disproved", str(reason)
+    except OPEN as reason:
+        return "undecided", str(reason)
+    return "proved", ""
 
 
-def steadiness(matrix: acb_mat) -> str:
+def steadiness(matrix: acb_mat) -> Stability:
     """Stability by the derivative of a return map."""
-    size = matrix.nrows()
-    if abs(sum((matrix[i, i] for i in range(size)), acb(0))) > size:  # of all multipliers the sum
+    if abs(matrix.trace()) > matrix.nrows():  # the sum of all multipliers
         return "unstable"
-    with suppress(ValueError):
+    with suppress(ValueError):  # of multipliers that can be told apart
         sizes = [abs(x) for x in matrix.eig(multiple=True)]
         if any(x > 1 for x in sizes) or all(x < 1 for x in sizes):
-            return "stable" if all(x < 1 for x in sizes) else "unstable"
+            return "unstable" if any(x > 1 for x in sizes) else "stable"
     return stability(matrix.charpoly().coeffs())
 
 
-def conditions(family: Family, line: Sequence[Number]) -> list[tuple[Number, str, str]]:
-    """What must be positive along a line, what is wrong elsewhere, and the border between."""
-    found = []
-    for leg in family.along(line, 2):
-        for i, (number, why) in enumerate(leg.after()[1]):
-            # the first two are the time of flight and the approach velocity
-            found.append((number, why, "grazing" if i < 2 else "regime_border"))
-    return found
+def only_zero(arc: Arc, tests: Tests, lo: arb, hi: arb) -> tuple[str, arb]:
+    """The kind and value of the only zero of all test functions from h = lo to hi."""
+    open_ = [k for k, (f, *_) in enumerate(tests(arc.line(lo.union(hi)))) if not abs(f) > 0]
+    if len(open_) != 1:
+        raise Undecided("several test functions may be 0, or none")
+    (k,), found, kind = open_, None, ""
+    for _ in range(_STEPS):
+        line, h = arc.line(lo.union(hi)), ((lo + hi) / 2).mid()
+        near, (_, slope, kind) = arc.line(h), tests(line)[k]
+        place = h - tests(near)[k][0] / slope
+        if lo < place < hi:
+            found, lo, hi = near[-1][0] + line[-1][1] * (place - h), place.lower(), place.upper()
+    if found is None:
+        raise Undecided("a test function may have no zero, or several")
+    return kind, found
 
 
-def motion(family: Family, box: Sequence[arb]) -> tuple[str, str, str]:
-    """The verdict on the solutions in a box, why, and the border that is passed."""
-    broken = "grazing"
-    try:
-        orbit = family.at(box[-1])
-        flights = orbit.flights(box[:-1])
-        if any(number < 0 for flight in flights for number, _ in flight.conditions[2:]):
-            broken = "regime_border"
-        show_motion(orbit, flights)
-    except Refuted as reason:
-        return "disproved", str(reason), broken
-    except OPEN as reason:
-        return "undecided", str(reason), ""
-    return "proved", "", ""
+def border(arc: Arc, lo: arb, hi: arb) -> tuple[str, arb]:
+    """Where the only condition of a motion that may be 0 is 0; flights meet no stop up to there."""
+
+    def conditions(line: Sequence[Number]) -> list[tuple[arb, arb, str]]:
+        # of a leg the first two are the time of flight and the approach velocity
+        legs = [enumerate(leg.after()[1]) for leg in arc.family.along(line, 2)]
+        every = [(x, "grazing" if k < 2 else "regime_border") for leg in legs for k, (x, _) in leg]
+        return [(term(x, 0), term(x, 1), kind) for x, kind in every]
+
+    box = arc.box(lo.union(hi))
+    orbit = arc.family.at(box[-1])
+    show_motion(orbit, [replace(flight, conditions=[]) for flight in orbit.flights(box[:-1])])
+    return only_zero(arc, conditions, lo, hi)
+
+
+def multiplier(arc: Arc, lo: arb, hi: arb) -> tuple[str, arb]:
+    """Where the only multiplier, or pair, that meets the unit circle crosses it.
+
+    Of the derivative J of the return map, J - 1 is singular where a multiplier is 1, J + 1 where
+    one is -1, and J_2 - 1 where two have the product 1: J_2 are the minors of J of two rows and
+    two columns. If only one of the determinants is 0 on a part, and that once, no multiplier
+    crosses the unit circle elsewhere: stability is the same up to there.
+    """
+    near: list[tuple[arb_mat, arb_mat]] = []
+
+    def determinants(line: Sequence[Number]) -> list[tuple[arb, arb, str]]:
+        given = return_map(arc.family.along(line, 2))
+        places, found = range(given[0].nrows()), list[tuple[arb, arb, str]]()
+        rows = [[arb_series([x[i, j] for x in given], 2) for j in places] for i in places]
+        pairs = list(combinations(places, 2))
+        minors = [
+            [rows[i][k] * rows[j][n] - rows[i][n] * rows[j][k] for k, n in pairs] for i, j in pairs
+        ]
+        for (grid, one), kind in zip(((rows, 1), (rows, -1), (minors, 1)), KINDS, strict=True):
+            less = [[x - one * (i == j) for j, x in enumerate(row)] for i, row in enumerate(grid)]
+            matrix, change = matrices(less, 2)
+            if len(near) < len(KINDS):  # any will do, the same for all lines
+                near.append(singular_basis(matrix))
+            left, right = near[len(found)]
+            own, moved = (left * matrix * right).tolist(), (left * change * right).tolist()
+            # the derivative of a determinant, row by row
+            slopes = [arb_mat([*own[:k], row, *own[k + 1 :]]).det() for k, row in enumerate(moved)]
+            found.append((arb_mat(own).det(), sum(slopes, arb(0)), kind))
+        return found
+
+    return only_zero(arc, determinants, lo, hi)

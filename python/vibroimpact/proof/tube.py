@@ -1,33 +1,175 @@
 """A piece of a branch in balls: a tube in which each plane across it holds one solution.
 
-The unknowns are Y = (z, p): the nodes and the parameter. About a centre line
-L(h) = Y_0 + Y_1 h + Y_2 h^2 + ..., with Y_1 = S, a tube is L(h) + [-R, R] for |h| <= H; the plane
-of h is S . (Y - Y_0) = h. The theorem of verifier.py holds for all h at once: with any matrix A
-and the equations E = (F, S . (Y - Y_0) - h),
+The unknowns are Y = (z, p): the nodes and the parameter. Along a tube one of them, Y_i, goes on
+steadily, Y_i = a + b h, and the others are functions of h. About a centre line
+L(h) = Y_0 + Y_1 h + Y_2 h^2 + ... a tube is L(h) + [-R, R] for |h| <= 1. The theorem of verifier.py
+holds for all h at once: with any matrix A and the equations E = (F, Y_i - L_i(h)),
 
     K = -A E(L(h)) + (I - A DE(tube)) [-R, R]   inside [-R, R]
 
 proves one solution in the tube for each h, in L(h) + K, and that they are a smooth curve.
+
+Along a line numbers are power series in h. Of a function f(h) = f_0 + f_1 h + ... + f_n h^n, where
+f_k is the coefficient at h = 0 and the last one that at some other h (Lagrange's remainder).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from math import comb
+from typing import Any, TypeAlias
 
 from flint import arb, arb_mat, arb_series
 
-from . import along
-from .along import Leg, Matrices
-from .formulas import Machine, Number, Undecided
+from .formulas import Landing, Machine, Number, Undecided, dot
 from .near import inverse_of
 from .verifier import Orbit
 
-#: Terms of power series along a tube.
+#: Coefficients of a matrix: those of 1, h, h^2, ...
+Matrices: TypeAlias = list[arb_mat]
+#: What a direction is multiplied by, so that the next terms are small beside it.
+_LARGE = arb(2) ** 40
+
+
+def term(x: Number, k: int) -> arb:
+    """The coefficient of h^k."""
+    if not isinstance(x, arb_series):
+        return x if k == 0 else arb(0)
+    if k >= x.prec:
+        raise Undecided("a power series is too short")
+    return x[k]
+
+
+def matrices(rows: Sequence[Sequence[Number]], terms: int) -> Matrices:
+    """The coefficients of a matrix of power series."""
+    return [arb_mat([[term(x, k) for x in row] for row in rows]) for k in range(terms)]
+
+
+def product(left: Matrices, right: Sequence[Any]) -> Matrices:
+    """The coefficients of a product with a matrix, or a number."""
+    return [
+        sum((left[i] * right[k - i] for i in range(1, k + 1)), left[0] * right[k])
+        for k in range(len(left))
+    ]
+
+
+def flow(machine: Machine, lasts: Number, terms: int) -> Matrices:
+    """exp(tau G), where tau and G depend on h: of the midpoint of tau times that of the rest."""
+    moving, middle = matrices(machine.rows, terms), term(lasts, 0).mid()
+    rest = [term(lasts - middle, k) for k in range(terms)]
+    if any(x != 0 for matrix in moving[1:] for x in matrix.entries()):
+        whole, others = [x * middle for x in moving], product(moving, rest)
+        return product(exponential(whole), exponential(others))
+    found = [(moving[0] * middle).exp() * (moving[0] * rest[0]).exp()]
+    for k in range(1, terms):  # X' = tau' G X
+        parts = [found[k - j] * (rest[j] * j / k) for j in range(1, k + 1)]
+        found.append(moving[0] * sum(parts[1:], parts[0]))
+    return found
+
+
+def exponential(given: Matrices) -> Matrices:
+    """The exponential: its coefficients are blocks of that of a matrix of blocks."""
+    size, terms = given[0].nrows(), len(given)
+    grids = [[[arb(0)] * size] * size] * (terms - 1) + [x.tolist() for x in given]
+    rows = [
+        [x for grid in grids[terms - 1 - place : 2 * terms - 1 - place] for x in grid[i]]
+        for place in range(terms)
+        for i in range(size)
+    ]
+    top = arb_mat(rows).exp().tolist()[:size]
+    return [arb_mat([row[k * size : (k + 1) * size] for row in top]) for k in range(terms)]
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A flight and its impact along a line: w at the start and at the end, and the flow between."""
+
+    orbit: Orbit
+    k: int
+    terms: int
+    first: list[Number]
+    flow: list[list[arb_series]]
+    last: list[Number]
+    end: Number
+    lasts: Number
+
+    @classmethod
+    def of(cls, orbit: Orbit, k: int, z: Sequence[Number], terms: int) -> Leg:
+        """Leg k of nodes that are series."""
+        machine, n, (begin, end, lasts) = orbit.machine, 2 * orbit.machine.size, orbit.times(k, z)
+        first = [*z[k * (n + 1) : (k + 1) * (n + 1) - 1], *machine.drive(begin)]
+        parts = flow(machine, lasts, terms)
+        grid = [
+            [arb_series([x[i, j] for x in parts], terms) for j in range(n + 3)] for i in range(n)
+        ]
+        last = [*(dot(row, first) for row in grid), *machine.drive(end)]
+        return cls(orbit, k, terms, first, grid, last, end, lasts)
+
+    def after(self) -> Landing:
+        """The state after the impact and the gap at it; the conditions, as `Flight` has them."""
+        landing, conditions = self.orbit.after(self.k, self.last, self.end)
+        return landing, [(self.lasts, "the flight time is negative"), *conditions]
+
+    def moved(self, by: Sequence[Number], later: int) -> list[Number]:
+        """What `after` has at w + h^terms `by`, with the time of the end as much `later`."""
+        made, places = list[arb_series](), range(self.terms)
+        for x, dx in zip([*self.last[: len(by)], self.end], [*by, arb(later)], strict=True):
+            both = [term(x, k) for k in places] + [_LARGE * term(dx, k) for k in places]
+            made.append(arb_series(both, 2 * self.terms))
+        return self.orbit.after(self.k, made[:-1] + self.orbit.machine.drive(made[-1]), made[-1])[0]
+
+    def passed(self) -> Matrices:
+        """The derivative of the state and time after the impact by those of the start.
+
+        The time of the impact is that of g = 0. The derivative f' of a function in a direction d is
+        in f(x + h^terms d) = f(x) + h^terms f'(x) d + ..., where x and d are series themselves.
+        """
+        machine, n, places = self.orbit.machine, 2 * self.orbit.machine.size, range(self.terms)
+        rate = [dot(row, self.last) for row in machine.rows[:n]]
+        turn = [dot(row, self.first) for row in machine.rows[n:]]
+        columns = [[row[j] for row in self.flow] for j in range(n)]
+        columns += [[dot(row[n:], turn) - x for row, x in zip(self.flow, rate, strict=True)], rate]
+        still, slopes = self.moved([arb(0)] * n, 0), list[list[Number]]()
+        for j, column in enumerate(columns):
+            changes = zip(self.moved(column, int(j == n + 1)), still, strict=True)
+            rows = [[term(x - y, self.terms + k) / _LARGE for k in places] for x, y in changes]
+            slopes.append([arb_series(row, self.terms) for row in rows])
+        *starts, ends = slopes
+        times = [-(start[-1] / ends[-1]) for start in starts]
+        pairs = list(zip(starts, times, strict=True))
+        rows = [[start[i] + ends[i] * time for start, time in pairs] for i in range(n)]
+        return matrices([*rows, times], self.terms)
+
+
+def residual(legs: Sequence[Leg]) -> Matrices:
+    """The coefficients of F along a line, columns."""
+    found = []
+    for k, leg in enumerate(legs):
+        *after, gap = leg.after()[0]
+        node = legs[(k + 1) % len(legs)].first
+        found += [[x - y] for x, y in zip(node, after, strict=False)] + [[gap]]
+    return matrices(found, legs[0].terms)
+
+
+def return_map(legs: Sequence[Leg]) -> Matrices:
+    """The coefficients of the derivative of the return map, one of whose eigenvalues is 0."""
+    total = legs[0].passed()
+    for leg in legs[1:]:
+        total = product(leg.passed(), total)
+    return total
+
+
+def at(given: Sequence[Any], h: arb) -> Any:
+    """The value, Horner's scheme."""
+    return reduce(lambda total, one: total * h + one, reversed(given))
+
+
+#: Most terms of power series along a tube.
 TERMS = 5
-#: A radius that is added where one may be 0.
-_TINY = 1e-40
+#: All values of h.
+WHOLE = arb(0, 1)
 
 
 @dataclass(frozen=True)
@@ -43,18 +185,18 @@ class Family:
         return Orbit(self.machine(parameter), self.m, self.legs)
 
     def along(self, line: Sequence[Number], terms: int) -> list[Leg]:
-        """The legs along a line."""
-        orbit = self.at(line[-1])
+        """The legs along a line; numbers of the machine have twice as many terms."""
+        orbit = self.at(arb_series([term(line[-1], k) for k in range(terms)], 2 * terms))
         return [Leg.of(orbit, k, line[:-1], terms) for k in range(len(self.legs))]
 
 
 @dataclass(frozen=True)
 class Tube:
-    """Y_0, Y_1, ... of the centre line, H and R."""
+    """Y_0, Y_1, ... of the centre line, R and i."""
 
     line: list[list[arb]]
-    half: arb
     radius: list[arb]
+    axis: int
 
     def coefficients(self, h: arb, k: int) -> list[arb]:
         """The coefficients of power k of the centre line about h."""
@@ -67,116 +209,51 @@ class Tube:
         """The part at some values of h."""
         return [x + a for x, a in zip(self.coefficients(h, 0), away, strict=True)]
 
-    def whole(self) -> arb:
-        """All values of h."""
-        return arb(0, self.half)
-
-    def legs(self, family: Family, away: Sequence[arb]) -> list[list[Leg]]:
-        """The legs along the centre line, moved: series about its middle, and about all of it."""
-        found = []
-        for h in (arb(0), self.whole()):
-            rows = [self.part(h, away)] + [self.coefficients(h, k) for k in range(1, TERMS)]
-            line = [arb_series(list(x), TERMS) for x in zip(*rows, strict=True)]
-            found.append(family.along(line, TERMS))
-        return found
-
     def taylor(
-        self, of: Callable[[Sequence[Leg], int], Matrices], legs: Sequence[Sequence[Leg]]
+        self, of: Callable[[Sequence[Leg]], Matrices], family: Family, away: Sequence[arb]
     ) -> Matrices:
-        """Coefficients that hold along the tube: of its middle, the last one of all of it."""
-        middle, whole = (of(one, TERMS) for one in legs)
-        return [*middle[:-1], whole[-1]]
-
-    def planes(self) -> list[arb]:
-        """The coefficients of S . (L(h) - Y_0) - h."""
-        rows = [zip(self.line[1], y, strict=True) for y in self.line]
-        bend = [sum((a * b for a, b in row), arb(0)) for row in rows]
-        return [arb(0), bend[1] - 1, *bend[2:]]
-
-    def across(self, point: Sequence[arb]) -> arb:
-        """S . (Y - Y_0)."""
-        three = zip(self.line[1], point, self.line[0], strict=True)
-        return sum((s * (y - y_0) for s, y, y_0 in three), arb(0))
+        """Coefficients along L(h) + `away`: about its middle, but the last one about all of it."""
+        found, terms = [], len(self.line)
+        for h in (arb(0), WHOLE):
+            rows = [self.part(h, away)] + [self.coefficients(h, k) for k in range(1, terms)]
+            line = [arb_series(list(x), terms) for x in zip(*rows, strict=True)]
+            found.append(of(family.along(line, terms)))
+        return [*found[0][:-1], found[1][-1]]
 
     def place(self, point: Sequence[arb]) -> arb | None:
         """The h of a point inside the tube, else None."""
-        h = self.across(point)
-        near = zip(point, self.coefficients(h, 0), self.radius, strict=True)
-        return h if abs(h) < self.half and all(abs(x - y) < r for x, y, r in near) else None
+        h = (point[self.axis] - self.line[0][self.axis]) / self.line[1][self.axis]
+        near = list(zip(point, self.coefficients(h, 0), self.radius, strict=True))
+        near[self.axis] = arb(0), arb(0), arb(1)  # Y_i = L_i(h)
+        return h if abs(h) < 1 and all(abs(x - y) < r for x, y, r in near) else None
 
 
-def derivative(family: Family, direction: Sequence[arb], box: Sequence[arb]) -> arb_mat:
+def derivative(family: Family, axis: int, box: Sequence[arb]) -> arb_mat:
     """DE over a box."""
     orbit = family.at(box[-1])
     width, count = 2 * orbit.machine.size + 1, len(orbit.legs)
     rows = arb_mat(width * count + 1, width * count + 1)
-    line: list[Number] = [*box[:-1], arb_series([box[-1], 1], 2)]
-    by_parameter = [*along.residual(family.along(line, 2), 2)[1].entries(), direction[-1]]
     for k, flight in enumerate(orbit.flights(box[:-1])):
         for block, node in zip(orbit.blocks(k, flight), (k, (k + 1) % count), strict=True):
             for i in range(width):
                 for j in range(width):
                     rows[k * width + i, node * width + j] += block[i, j]
-    for j, x in enumerate(direction[:-1]):
-        rows[width * count, j] = x
-    for i, x in enumerate(by_parameter):
+    legs = family.along([*box[:-1], arb_series([box[-1], 1], 2)], 2)
+    for i, x in enumerate(residual(legs)[1].entries()):
         rows[i, width * count] = x
+    rows[width * count, axis] = 1
     return rows
 
 
-def turn(family: Family, tube: Tube, away: Sequence[arb], moved: Matrices) -> list[arb]:
-    """How far dY/dh of the branch is from that of the centre line.
-
-    X = dY/dh solves DE X = (0, 1). With D = d/dh E(L(h) + a), a = Y - L fixed, DE (X - L') = -D;
-    `moved` has the coefficients of F(L(h) + a).
-    """
-    h = tube.whole()
-    slopes = derivative(family, tube.line[1], tube.part(h, away))
-    rates = [x * k for k, x in enumerate(moved)][1:]
-    plane = along.at([x * k for k, x in enumerate(tube.planes())][1:], h)
+def image(family: Family, tube: Tube) -> list[arb]:
+    """K of a tube."""
+    size, radius = len(tube.radius), [arb(0, r) for r in tube.radius]
+    slopes = derivative(family, tube.axis, tube.part(WHOLE, radius))
+    rest = at(tube.taylor(residual, family, [arb(0)] * size), WHOLE)
     near = inverse_of(slopes)
-    column = arb_mat([[-x] for x in [*along.at(rates, h).entries(), plane]])
-    return list((near * slopes).solve(near * column).entries())
-
-
-@dataclass(frozen=True)
-class Image:
-    """K of a tube, and whether it lies inside."""
-
-    away: list[arb]
-    inside: bool
-
-
-def image(family: Family, tube: Tube) -> Image:
-    """K of a tube.
-
-    Raises
-    ------
-    Undecided : there is none
-    """
-    size, h = len(tube.radius), tube.whole()
-    try:
-        slopes = derivative(family, tube.line[1], tube.part(h, [arb(0, r) for r in tube.radius]))
-        legs = tube.legs(family, [arb(0)] * size)
-        rest = along.at(tube.taylor(along.residual, legs), h).entries()
-        near = inverse_of(slopes)
-    except (ValueError, ZeroDivisionError) as error:
-        raise Undecided("a divisor may be 0") from error
     left = -near * slopes
     for i in range(size):
         left[i, i] += 1
-    plane = along.at(tube.planes(), h)
-    radius = arb_mat(size, 1, [arb(0, r) for r in tube.radius])
-    away = (left * radius - near * arb_mat(size, 1, [*rest, plane])).entries()
-    return Image(away, all(abs(x) < r for x, r in zip(away, tube.radius, strict=True)))
-
-
-def point_at(family: Family, tube: Tube, away: Sequence[arb], h: arb) -> list[arb]:
-    """The point of the branch in a plane of a tube: it lies in K of a short tube about it, too."""
-    box, across = tube.part(h, away), tube.line[1]
-    centre = [x.mid() for x in box]
-    short = (h - tube.across(centre)).abs_upper()
-    near = zip(box, centre, across, strict=True)
-    radius = [(abs(x - c) + abs(s) * short).upper() + _TINY for x, c, s in near]
-    around = Tube([centre, across], short, radius)
-    return around.part(around.whole(), image(family, around).away)
+    away = left * arb_mat(size, 1, radius) - near * arb_mat(size, 1, [*rest.entries(), arb(0)])
+    away[tube.axis, 0] = 0  # Y_i = L_i(h), exactly
+    return list(away.entries())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,15 +11,13 @@ from flint import arb, arb_mat, arb_series
 from numpy.typing import NDArray
 
 from ..errors import ProofError
-from .along import residual
 from .chain import resolved
 from .files import text
 from .formulas import Undecided
 from .near import inverse_of
 from .parts import Arc, Slice
-from .special import Touch
-from .touching import touches_in
-from .tube import TERMS, Family, Image, Tube, derivative, image
+from .tube import TERMS, Family, Tube, derivative, image, residual
+from .verifier import inside
 
 Array = NDArray[np.float64]
 
@@ -41,10 +39,12 @@ _MOST_BEYOND, _AHEAD = 8, 4.0
 _NARROWINGS, _NARROWEST = 2, 44
 #: Part of a tube that may stay open, as about a bifurcation.
 _OPEN = 0.05
+#: How much longer than the one before a tube is tried, and than one that was too long.
+_GROWTH, _EASE = 2.0, 1.4
 #: Halvings of a part of a tube, and how many parts are halved.
 _HALVINGS, _MOST_OPEN = 30, 64
 #: Part of a tube that may be open after some halvings; more, where it is taken as it is.
-_DARKEST, _HASTE, _PATIENCE = 0.6, 3, 12
+_DARKEST, _HASTE, _PATIENCE = 0.6, 5, 12
 #: Halvings after which it is asked whether what is open is about one special point.
 _ASKED = 3
 #: Least part of a tube that is kept.
@@ -53,44 +53,38 @@ _WORTH = 0.03
 
 @dataclass(frozen=True)
 class Step:
-    """A tube, what is shown of its parts, and touches in it."""
+    """A tube, and what is shown of its parts."""
 
     tube: Tube
     told: list[Slice]
-    touches: list[Touch]
 
     def posed(self) -> dict[str, Any]:
         """As certificates write it."""
         tube = self.tube
-        times = [(about.lower().mid(), about.upper().mid()) for _, _, about in self.touches]
-        places = [[leg, stop] for leg, stop, _ in self.touches]
         return {
             "line": [[text(x) for x in row] for row in tube.line],
-            "half": text(tube.half),
+            "axis": tube.axis,
             "radius": [text(x) for x in tube.radius],
             "cuts": [text(one.hi) for one in self.told],
-            "touches": [[*a, *map(text, b)] for a, b in zip(places, times, strict=True)],
         }
 
 
-def parts_of(arc: Arc, lo: arb, hi: arb, patience: int) -> tuple[list[Slice], list[Touch]]:
-    """Parts of a tube, and touches: what is open is halved, as long as it is little."""
-    told, touches = [arc.look(lo, hi)], list[Touch]()
+def parts_of(arc: Arc, lo: arb, hi: arb, patience: int) -> list[Slice]:
+    """Parts of a tube: what is open is halved, as long as it is little."""
+    told = [arc.look(lo, hi)]
     for halving in range(_HALVINGS):
         left = [k for k, one in enumerate(told) if not one.known]
         dark = sum(float((told[k].hi - told[k].lo).upper()) for k in left)
         tells = dark < _DARKEST * float((hi - lo).upper()) or halving < patience
         if len(left) > _MOST_OPEN or not left or not tells:
             break
-        if halving % _ASKED == _ASKED - 1:
-            touches = touches_in(arc, told)
-            if all(one.known for one in resolved(arc, told, touches)):
-                break
+        if halving % _ASKED == _ASKED - 1 and all(one.known for one in resolved(arc, told)):
+            break
         for k in reversed(left):
             begin, end = told[k].lo, told[k].hi
             middle = ((begin + end) / 2).mid()
             told[k : k + 1] = [arc.look(begin, middle), arc.look(middle, end)]
-    return told, touches or touches_in(arc, told)
+    return told
 
 
 def cut_back(told: list[Slice]) -> list[Slice]:
@@ -108,26 +102,49 @@ def exact(values: Sequence[float] | Array) -> list[arb]:
     return [arb(float(x)) for x in values]
 
 
-def direction_at(family: Family, y: Sequence[arb], before: Array) -> Array:
-    """The unit direction of the branch, in the sense of another one."""
-    size = len(y)
-    matrix = inverse_of(derivative(family, exact(before), y))
-    column = np.array([float(matrix[i, size - 1].mid()) for i in range(size)])
-    unit: Array = column / np.linalg.norm(column)
-    return unit
+def slopes_at(family: Family, y: Sequence[arb]) -> Array:
+    """DF at a point, by all unknowns."""
+    rows = derivative(family, len(y) - 1, y).tolist()[:-1]
+    return np.array([[float(x.mid()) for x in row] for row in rows])
 
 
-def corrected(family: Family, y: Sequence[arb], direction: Array) -> list[arb]:
-    """The solution in the plane across the branch at y."""
-    across, z, near = exact(direction), list(y), None
+@dataclass(frozen=True)
+class Course:
+    """A point of a branch, the unit direction in units of the unknowns, and those units."""
+
+    y: list[arb]
+    direction: Array
+    sizes: Array
+
+    @classmethod
+    def of(cls, family: Family, y: list[arb], before: Array, sizes: Array) -> Course:
+        """The direction at a point, in the sense of another one."""
+        unit: Array = np.linalg.svd(slopes_at(family, y) * sizes)[2][-1]
+        return cls(y, unit if unit @ before > 0.0 else -unit, sizes)
+
+    @property
+    def axis(self) -> int:
+        """The unknown that goes on most steadily."""
+        return int(np.argmax(np.abs(self.direction)))
+
+    def ahead(self, length: float) -> list[arb]:
+        """A point so far on, if the branch is straight."""
+        steps = exact(length * self.direction * self.sizes)
+        return [(x + step).mid() for x, step in zip(self.y, steps, strict=True)]
+
+
+def corrected(family: Family, y: Sequence[arb], axis: int, sizes: Array) -> list[arb]:
+    """The solution near a point in the plane of one of its unknowns."""
+    z, near = list(y), None
     for _ in range(_STEPS):
         if near is None:
-            near = inverse_of(derivative(family, across, z))
+            near = inverse_of(derivative(family, axis, z))
         rest = family.at(z[-1]).residual(z[:-1])
-        plane = sum((s * (a - b) for s, a, b in zip(across, z, y, strict=True)), arb(0))
-        step = (near * arb_mat(len(z), 1, [*rest, plane])).entries()
+        step = (near * arb_mat(len(z), 1, [*rest, arb(0)])).entries()
         z = [(a - d).mid() for a, d in zip(z, step, strict=True)]
-        size = max(abs(float(d.mid())) for d in step)
+        z[axis] = y[axis]
+        moved = np.array([float(d.mid()) for d in step]) / sizes
+        size = float(np.abs(moved).max())
         if size < _SMALL:
             return z
         if size > 1e-6:
@@ -135,51 +152,56 @@ def corrected(family: Family, y: Sequence[arb], direction: Array) -> list[arb]:
     raise Undecided("Newton's method does not converge")
 
 
-def line_through(family: Family, y: Sequence[arb], direction: Array) -> list[list[arb]]:
-    """The power series of the branch about a point of it, order by order."""
-    line = [list(y), exact(direction)]
-    near = inverse_of(derivative(family, line[1], y))
+def line_through(family: Family, course: Course, length: float) -> list[list[arb]]:
+    """The power series of the branch about a point of it, order by order, in parts of a length."""
+    y, axis = course.y, course.axis
+    near, zero = inverse_of(derivative(family, axis, y)), [arb(0)] * (len(y) - 1)
+    sense = arb(length * course.direction[axis] * course.sizes[axis])
+    line = [list(y), [x.mid() for x in (near * arb_mat(len(y), 1, [*zero, sense])).entries()]]
+    line[1][axis] = sense
     for k in range(2, TERMS):
         columns = zip(*line, strict=True)
-        rest = residual(family.along([arb_series(list(x), TERMS) for x in columns], TERMS), TERMS)[
-            k
-        ]
+        rest = residual(family.along([arb_series(list(x), k + 1) for x in columns], k + 1))[k]
         change = (near * arb_mat(len(y), 1, [*rest.entries(), arb(0)])).entries()
         line.append([-x.mid() for x in change])
+        line[-1][axis] = arb(0)
     return line
 
 
-def narrower(family: Family, tube: Tube, found: Image) -> tuple[Tube, Image]:
+def narrower(
+    family: Family, tube: Tube, away: list[arb], least: list[arb]
+) -> tuple[Tube, list[arb]]:
     """A tube as narrow as can be shown: verdicts on motions in it are then sharper."""
     for _ in range(_NARROWINGS):
-        least = tube.half * arb(2) ** -_NARROWEST
-        radius = [((_ROOM * abs(x)).upper() + least).mid() for x in found.away]
-        inner = Tube(tube.line, tube.half, radius)
+        pairs = zip(away, least, strict=True)
+        radius = [((_ROOM * abs(x)).upper() + r).mid() for x, r in pairs]
+        inner = replace(tube, radius=radius)
         closer = image(family, inner)
-        if not closer.inside:
+        if not inside(closer, [arb(0, r) for r in radius]):
             break
-        tube, found = inner, closer
-    return tube, found
+        tube, away = inner, closer
+    return tube, away
 
 
 def tube_from(
-    family: Family, y: Sequence[arb], direction: Array, half: float, least: float
-) -> tuple[Tube, Image, float]:
+    family: Family, course: Course, half: float, least: float
+) -> tuple[Tube, list[arb], float]:
     """A tube that begins at a point of the branch, as long as can be shown; K; half its length."""
     why = "Krawczyk's operator does not contract"
     while half > least:
         try:
-            ahead = [a + s * arb(half) for a, s in zip(y, exact(direction), strict=True)]
-            centre = corrected(family, ahead, direction)
-            line = line_through(family, centre, direction_at(family, centre, direction))
-            thin = arb(half * _THIN)
-            radius = [thin] * len(y)
+            centre = corrected(family, course.ahead(half), course.axis, course.sizes)
+            there = Course.of(family, centre, course.direction, course.sizes)
+            line = line_through(family, there, _OVERLAP * half)
+            radius = thin = exact(half * _THIN * course.sizes)
+            narrowest = exact(half * 2.0**-_NARROWEST * course.sizes)
             for _ in range(_WIDENINGS):
-                tube = Tube(line, arb(half * _OVERLAP), [r.mid() for r in radius])
-                found = image(family, tube)
-                if found.inside:
-                    return *narrower(family, tube, found), half
-                radius = [(_ROOM * abs(x)).upper() + thin for x in found.away]
+                tube = Tube(line, [r.mid() for r in radius], there.axis)
+                away = image(family, tube)
+                if inside(away, [arb(0, r) for r in tube.radius]):
+                    return *narrower(family, tube, away, narrowest), half
+                pairs = zip(away, thin, strict=True)
+                radius = [(_ROOM * abs(x)).upper() + r for x, r in pairs]
         except (Undecided, ProofError) as reason:
             why = str(reason)
         except (ValueError, ZeroDivisionError):
@@ -211,18 +233,40 @@ class Progress:
         return k == len(self.steps) - 1 and bool(part[k] > 1.0)
 
 
-def cut(family: Family, points: Array, within: tuple[float, float]) -> Array:
+def cut(family: Family, points: Array, within: tuple[float, float], sizes: Array) -> Array:
     """Points whose first one, if it is outside a range, is near its end."""
-    first = points[0, -1]
+    first, last = points[0, -1], points.shape[1] - 1
     border, step = min(max(first, within[0]), within[1]), points[1] - points[0]
     part = (border - first) / step[-1] - _BEFORE if step[-1] else 0.0
     while _BEFORE < part < 1.0:
-        begin = corrected(family, exact(points[0] + part * step), step / np.linalg.norm(step))
+        begin = corrected(family, exact(points[0] + part * step), last, sizes)
         place = np.array([float(x) for x in begin])
         if (place[-1] - border) * (first - border) > 0.0:
             return np.vstack([place, points[1:]])
         part /= 2
     return points
+
+
+def sizes_of(family: Family, points: Array) -> Array:
+    """Units of the unknowns: the largest coordinate, speed, time and value of the parameter."""
+    n = family.at(arb(float(points[0, -1]))).machine.size
+    nodes = np.abs(points[:, :-1]).reshape(len(points), -1, 2 * n + 1)
+    sizes = [nodes[..., :n].max()] * n + [nodes[..., n:-1].max()] * n + [nodes[..., -1].max()]
+    found = np.array([*sizes * nodes.shape[1], np.abs(points[:, -1]).max()])
+    found[found == 0.0] = 1.0
+    return found
+
+
+def begun(family: Family, points: Array, sizes: Array) -> Course:
+    """The beginning of a branch; a border at the first point is shown from both sides."""
+    step = points[1] - points[0]
+    before = step / sizes
+    axis = int(np.argmax(np.abs(before)))
+    try:
+        y = corrected(family, exact(points[0] - _BEFORE * step), axis, sizes)
+    except (Undecided, ValueError, ZeroDivisionError):
+        y = corrected(family, exact(points[0]), axis, sizes)
+    return Course.of(family, y, before, sizes)
 
 
 def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator[Step]:
@@ -232,53 +276,47 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
     ------
     Undecided : there is no way on
     """
-    length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-    points = cut(family, cut(family, points, within)[::-1], within)[::-1]
-    progress = Progress(points)
-    direction = points[1] - points[0]
-    direction /= np.linalg.norm(direction)
-    try:  # a border at the first point is shown from both sides
-        y = corrected(family, exact(points[0] - _BEFORE * (points[1] - points[0])), direction)
-    except (Undecided, ValueError, ZeroDivisionError):
-        y = corrected(family, exact(points[0]), direction)
-    direction = direction_at(family, y, direction)
+    sizes = sizes_of(family, points)
+    for _ in range(2):  # both ends
+        points = cut(family, points, within, sizes)[::-1]
+    progress, course = Progress(points / sizes), begun(family, points, sizes)
+    length = float(progress.along[-1])
     least = _SHORTEST * length
     half, longest, before, beyond = _FIRST * length, length, None, 0
     allowed = tries = _TRIES
     pause = 0
     while True:
-        tube, found, half = tube_from(family, y, direction, half, least)
-        lo = -tube.half if before is None else tube.place(before)
+        tube, away, half = tube_from(family, course, half, least)
+        lo = arb(-1) if before is None else tube.place(before)
         if lo is None:
             half /= 2
             if half < least:
                 raise Undecided("two tubes are not joined")
             continue
-        hi = arb(half)
-        arc = Arc.of(family, tube, found)
+        hi = arb(1 / _OVERLAP)
+        arc = Arc.of(family, tube, away)
         shorter = bool(tries) and half > _FINEST * length
-        told, touches = parts_of(arc, lo, hi, _HASTE if shorter else _PATIENCE)
-        open_ = [one for one in resolved(arc, told, touches) if not one.known]
-        dark = sum(float((one.hi - one.lo).upper()) for one in open_)
-        if dark > _OPEN * half and shorter:
+        told = parts_of(arc, lo, hi, _HASTE if shorter else _PATIENCE)
+        open_ = [one for one in resolved(arc, told) if not one.known]
+        dark = sum(float((one.hi - one.lo).upper()) for one in open_) / float(hi)
+        if dark > _OPEN and shorter:
             longest, half, tries = half, half / 2, tries - 1
             continue
         # where the verdict stays open some longer tubes are taken as they are
-        allowed = max(1, allowed // 2) if dark > _OPEN * half else _TRIES
-        pause = _PAUSE if dark > _OPEN * half and tries else pause - 1
+        allowed = max(1, allowed // 2) if dark > _OPEN else _TRIES
+        pause = _PAUSE if dark > _OPEN and tries else pause - 1
         tries = 0 if pause > 0 else allowed
         whole, told = told, cut_back(told)
         hi = told[-1].hi
-        yield Step(tube, told, touches)
+        yield Step(tube, told)
         before = arc.point(hi)
-        direction = np.array([float(x.mid()) for x in tube.coefficients(hi, 1)])
-        direction /= np.linalg.norm(direction)
-        y = [x.mid() for x in before]
-        place = np.array([float(x) for x in y])
+        ahead = np.array([float(x.mid()) for x in tube.coefficients(hi, 1)]) / sizes
+        course = Course([x.mid() for x in before], ahead / np.linalg.norm(ahead), sizes)
+        place = np.array([float(x) for x in course.y]) / sizes
         # past the last point; a border there is shown from both sides
         beyond += bool(beyond) or progress.move(place, _AHEAD * half)
         if beyond > _MOST_BEYOND or (beyond and told is whole and told[-1].known):
             return
         # a tube that was too long is tried again some time later
-        longest *= 1.1
-        half = min(1.5 * half, 0.8 * longest if tries else length, _LONGEST * length)
+        longest *= _EASE
+        half = min(_GROWTH * half, 0.8 * longest if tries else length, _LONGEST * length)
