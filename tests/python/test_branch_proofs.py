@@ -187,7 +187,7 @@ def test_an_interrupt_in_the_end_keeps_what_is_verified(interrupts, monkeypatch)
     def examine_chain(*arguments):
         asked.append(arguments)
         for count, told in enumerate(whole(*arguments)):
-            if count == 4 and len(asked) <= interrupts:
+            if count == 8 and len(asked) <= interrupts:
                 raise KeyboardInterrupt
             yield told
 

@@ -151,9 +151,8 @@ def _regimes(given: Mapping[str, Any]) -> str:
 
 def _in_words(regime: str) -> str:
     """A regime; s is the slip velocity before the impact."""
-    name, _, way = regime.partition(" ")
-    sign = {"+": " (s > 0)", "-": " (s < 0)"}.get(way, "")
-    return name.replace("_", " in ") + sign
+    words = regime.replace("_", " in ")
+    return words.replace(" +", " (s > 0)").replace(" -", " (s < 0)")
 
 
 def _nodes(proof: Proof) -> str:
