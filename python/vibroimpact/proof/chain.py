@@ -87,8 +87,7 @@ def examine_chain(
 def resolved(arc: Arc, told: Sequence[Slice]) -> list[Slice]:
     """The parts of a tube, where those about the only special point end at it."""
     # first those between a motion and none, then all of which not everything is shown
-    keys: list[Callable[[Slice], bool]]
-    keys = [lambda one: one.verdict != "undecided", lambda one: one.known]
+    keys: list[Callable[[Slice], bool]] = [lambda x: x.verdict != "undecided", lambda x: x.known]
     for is_known in keys:
         groups = [list(run) for _, run in groupby(told, is_known)]
         for k in range(1, len(groups) - 1):
@@ -131,6 +130,5 @@ def summary(told: Sequence[Slice]) -> Shown:
             why = why or ("stability" if one.rises else "the direction of the branch")
             lows, highs = [x.values.lower() for x in part], [x.values.upper() for x in part]
             shown.open.append((min(lows), max(highs), why))
-    ends = [(x.last, x.special) for x in told if x.special]
-    shown.events.extend((value.lower(), value.upper(), kind) for value, kind in ends)
+    shown.events.extend((x.last.lower(), x.last.upper(), x.special) for x in told if x.special)
     return shown

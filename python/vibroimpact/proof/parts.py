@@ -16,7 +16,7 @@ from flint import acb_mat, arb, arb_mat, arb_series
 
 from .formulas import Number, Refuted, Undecided
 from .near import eigenvectors, inverse_of, singular_basis
-from .tube import WHOLE, Family, Tube, at, derivative, image, matrices, return_map, term
+from .tube import WHOLE, Family, Tube, at, derivative, image, matrices, residual, return_map, term
 from .verifier import Stability, inside, show_motion, stability
 
 #: Test functions along a line: f, f', and the kind of special point where f is 0.
@@ -57,11 +57,12 @@ class Slice:
 
 @dataclass(frozen=True)
 class Arc:
-    """The branch in a tube: K, and the derivative of the return map in some basis."""
+    """The branch in a tube: K, d/dh F(L(h) + K), the derivative of the return map in some basis."""
 
     family: Family
     tube: Tube
     away: list[arb]
+    rates: list[arb_mat]
     returns: list[acb_mat]
 
     @classmethod
@@ -69,12 +70,13 @@ class Arc:
         """The branch in a tube whose K is given; raises Undecided if none is shown."""
         if not inside(away, [arb(0, r) for r in tube.radius]):
             raise Undecided("Krawczyk's operator does not contract in a tube")
+        rates = [x * k for k, x in enumerate(tube.taylor(residual, family, away))][1:]
         returns = list[acb_mat]()
         with suppress(*OPEN):
             given = [acb_mat(x) for x in tube.taylor(return_map, family, away)]
             basis = eigenvectors(given[0])  # any will do
             returns = [basis.solve(x * basis) for x in given]
-        return cls(family, tube, away, returns)
+        return cls(family, tube, away, rates, returns)
 
     def box(self, h: arb) -> list[arb]:
         """What holds the branch at some values of h."""
@@ -91,17 +93,17 @@ class Arc:
             box = around.part(WHOLE, image(self.family, around))
         return box
 
-    def speed(self, box: Sequence[arb]) -> list[arb]:
-        """dY/dh = X in a box: DF X = 0, and X_i is that of the centre line."""
-        slopes, size, axis = derivative(self.family, self.tube.axis, box), len(box), self.tube.axis
-        column = arb_mat([[arb(0)]] * (size - 1) + [[self.tube.line[1][axis]]])
-        near = inverse_of(slopes)
-        return list((near * slopes).solve(near * column).entries())
+    def speed(self, h: arb, box: Sequence[arb]) -> list[arb]:
+        """dY/dh = X: DF X = 0, so that DF (X - L') = -d/dh F(L(h) + a), a = Y - L."""
+        slopes, rates = derivative(self.family, self.tube.axis, box), at(self.rates, h).entries()
+        near, column = inverse_of(slopes), arb_mat([*([-x] for x in rates), [arb(0)]])
+        turn = (near * slopes).solve(near * column).entries()
+        return [x + y for x, y in zip(self.tube.coefficients(h, 1), turn, strict=True)]
 
     def line(self, h: arb) -> list[Number]:
         """The branch at some values of h, or at one, as series: Y + dY/dh h."""
         box = self.box(h) if h.rad() > 0 else self.point(h)
-        return [arb_series(list(pair), 2) for pair in zip(box, self.speed(box), strict=True)]
+        return [arb_series(list(pair), 2) for pair in zip(box, self.speed(h, box), strict=True)]
 
     def look(self, lo: arb, hi: arb) -> Slice:
         """What is shown from h = lo to hi."""
@@ -109,7 +111,7 @@ class Arc:
         box, (first, last) = self.box(h), (self.box(end)[-1] for end in (lo, hi))
         verdict, why = motion(self.family, box)
         with suppress(*OPEN):
-            rate = self.speed(box)[-1]
+            rate = self.speed(h, box)[-1]
             rises = 1 if rate > 0 else -1 if rate < 0 else 0
         with suppress(*OPEN):
             if self.returns and verdict != "disproved":

@@ -44,7 +44,7 @@ _GROWTH, _EASE = 2.0, 1.4
 #: Halvings of a part of a tube, and how many parts are halved.
 _HALVINGS, _MOST_OPEN = 30, 64
 #: Part of a tube that may be open after some halvings; more, where it is taken as it is.
-_DARKEST, _HASTE, _PATIENCE = 0.6, 4, 12
+_DARKEST, _HASTE, _PATIENCE = 0.6, 5, 12
 #: Halvings after which it is asked whether what is open is about one special point.
 _ASKED = 3
 #: Least part of a tube that is kept.
