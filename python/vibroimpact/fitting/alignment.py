@@ -21,6 +21,9 @@ Places = NDArray[np.int64]
 _ALONE, _WEAK = 0.25, 0.02
 # Pairs so near need no other alignment.
 _NEAR = 0.3
+# The table of costs grows with the square of the rows: long records are aligned in blocks of so
+# many, of each of which the first half is kept.
+_BLOCK = 1000
 
 
 def intervals(times: Array) -> Array:
@@ -41,11 +44,28 @@ def aligned(measured: Array, widths: Array, predicted: Array, velocities: Array)
         near = np.abs(predicted[:n] - measured) <= _NEAR * widths
         if near.all():
             return np.arange(n)
+    places = np.full(n, -1)
+    row = first = 0
+    while row < n:
+        rows = slice(row, row + _BLOCK)
+        found = _block(measured[rows], widths[rows], predicted[first:], velocities[first:])
+        last = row + _BLOCK >= n
+        kept = found if last else found[: _BLOCK // 2]
+        paired = kept >= 0
+        places[row : row + len(kept)][paired] = first + kept[paired]
+        row += len(kept)
+        first += int(kept.max(initial=-1)) + 1
+    return places
+
+
+def _block(measured: Array, widths: Array, predicted: Array, velocities: Array) -> Places:
+    """Return the places of some rows among what is predicted from the first of them on."""
+    n = len(measured)
     # Predicted ones long after the last measured belong to later rows.
-    last = measured[-1] + widths[-1] if n else 0.0
+    last = measured[-1] + widths[-1]
     predicted = predicted[predicted <= last]
     m = len(predicted)
-    if not n or not m:
+    if not m:
         return np.full(n, -1)
     typical = max(float(np.median(velocities[:m])), 1e-300)
     alone = np.clip(_ALONE * velocities[:m] / typical, _WEAK, _ALONE)
@@ -61,7 +81,7 @@ def aligned(measured: Array, widths: Array, predicted: Array, velocities: Array)
         # own[j] = min(own[j], own[j - 1] + alone[j - 1]), for all j at once.
         best[i] = np.minimum.accumulate(own - skipped) + skipped
     places = np.full(n, -1)
-    i, j = n, int(np.argmin(best[n] if n else best[0]))
+    i, j = n, int(np.argmin(best[n]))
     while i > 0:
         if (
             j > 0

@@ -144,7 +144,7 @@ class Minimiser:
             if gain > _GOOD:
                 assert there is not None
                 point, found, cost = trial, there, other
-                linear, grow = None, 2.0
+                linear, grow, converged = None, 2.0, False
                 damping = max(_LEAST, damping * max(0.1, 1.0 - (2.0 * gain - 1.0) ** 3))
             else:
                 damping, grow = max(damping, 1e-8) * grow, 2.0 * grow
