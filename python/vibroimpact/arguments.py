@@ -238,9 +238,13 @@ def swept(
     for name in given:
         if name not in allowed:
             # Without the names that its signature has for completion.
-            own = inspect.signature(function).parameters.keys() - getattr(function, LISTED, set())
-            known, of = [*allowed, *own], f" of {function.__name__}"
-            raise unknown(name, known, f"what can be swept: {shown}", of=of)
+            of, parameters = f" of {function.__name__}", inspect.signature(function).parameters
+            listed = getattr(function, LISTED, set())
+            named = [one for one in parameters.values() if one.kind is one.KEYWORD_ONLY]
+            own = [one.name for one in named if one.name not in listed]
+            known = [*allowed, *(one for one in parameters if one not in listed)]
+            said = f"what can be swept: {shown}; options: {', '.join(own)}"
+            raise unknown(name, known, said, of=of)
     if exactly is not None and len(given) != exactly:
         raise ParameterError(
             f"{function.__name__} sweeps exactly {exactly} of {shown}; "

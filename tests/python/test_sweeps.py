@@ -272,6 +272,7 @@ def test_exponents_that_were_not_asked_for_are_no_attributes(rubbing):
         ),
         ({"drive_freq": [1.0]}, r"drive_freq of sweep, did you mean drive_frequency\? what"),
         ({"period": 10, "gap": [0.5]}, r"period of sweep, did you mean periods\?"),
+        ({"transient": 10, "gap": [0.5]}, r"transient of sweep; .*; options: initial, periods, "),
         ({"friction": [0.1, -0.1]}, "friction"),
         ({"friction": [0.1, np.nan]}, r"friction\[1\]"),
         ({"drive_frequency": [1.0, 0.0]}, "drive_frequency"),
