@@ -139,7 +139,10 @@ impl Motion {
         };
         let before = &before.touching;
         let speed = before.speed.max(self.speed(&pre));
-        let closed = before.closed();
+        // An impact of this instant may have pulled some of them off.
+        let opens = |stop: u32| near.iter().any(|at| at.stop == stop && at.moves && at.rate < 0.0);
+        let mut closed = before.closed();
+        closed.retain(|stop| !opens(*stop));
         // Those that approach, too, and those that are pressed by this impact.
         let seen = |other: u32| structure.sees(stop as usize, other as usize);
         let together =
