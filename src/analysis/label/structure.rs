@@ -5,7 +5,7 @@ use crate::analysis::period::{Growth, GrowthVerdict, PeriodReport, WhyUndecided}
 use crate::analysis::structure_lyapunov::Measurement;
 use crate::analysis::structure_orbit::structure_orbit;
 use crate::analysis::tolerances::{
-    ALIGNING_STEPS, CERTAIN_MULTIPLIER, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS,
+    ALIGNING_STEPS, CERTAIN_MULTIPLIER, CONVERGENCE_PERIODS, EXPONENT_PERIODS, FIRST_GROWTH_PERIODS,
 };
 use crate::model::structure::Structure;
 use crate::numerics::cancel::CancelToken;
@@ -72,10 +72,36 @@ impl StructureLabelling {
             let Some(growth) = growth_of(growing, run) else { return };
             let (verdict, may_show_more) = run.verdict_on(&growth);
             self.report = self.report.told_by_growth(growth, verdict);
+            if verdict == GrowthVerdict::Shrinks {
+                self.look_at_later_sections(run, cancel);
+            }
             if verdict != GrowthVerdict::Unclear || !may_show_more {
                 return;
             }
             periods = next_look(periods);
+        }
+    }
+
+    /// The orbit that a motion approaches whose perturbations shrink, from the sections after the
+    /// run: in those of the run itself it may still have been far away.
+    fn look_at_later_sections(&mut self, run: &Run<Structure>, cancel: &CancelToken) {
+        let (mut periods, longest) = CONVERGENCE_PERIODS;
+        let mut later = None;
+        while periods <= longest {
+            let from = later.as_ref().unwrap_or(run);
+            let next = from.later(periods, from.options.section_phase, cancel);
+            let Some((report, next)) = next else { return };
+            if report.orbit.is_some() {
+                let converged = |r: &PeriodReport| r.convergence().is_none();
+                let (found, at) = run.followed(report, Some(next), converged, cancel);
+                if let Some(at) = at.filter(|_| found.orbit.is_some()) {
+                    self.report = run.told_by(&at, found);
+                    self.later = Some(at);
+                }
+                return;
+            }
+            later = Some(next);
+            periods *= 2;
         }
     }
 
