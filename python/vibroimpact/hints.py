@@ -61,7 +61,7 @@ def close_to(name: str, known: Iterable[str]) -> str:
     names = [*known]
     physical = [each for each in (name, *_OTHER_NAMES.get(name, ())) if each in IN_SI]
     if physical and "mass_ratio" in names and physical[0] not in names:
-        taken = "System.from_physical takes it, and units='SI' varies it in such a system"
+        taken = "System.from_physical takes it, and sweeps of such a system vary it with units='SI'"
         return f"; {physical[0]} is a quantity in SI units: {taken}."
     meant = closest(name, names)
     return f", did you mean {meant}?" if meant else ""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from .arguments import reject
 from .errors import SimulationError
 from .interruption import interruptible
 from .period_report import Evidence as Evidence
@@ -206,6 +207,9 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         >>> found.impacts.time.shape == (len(run.impacts), 3)
         True
         """
+        for name in names:
+            if not isinstance(name, str):
+                reject("names", name, 'names, each an argument of its own: "gap", "v1"')
         try:
             core = _core.sensitivity(self._core, self._initial, names)
         except SimulationError as error:

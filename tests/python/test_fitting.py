@@ -293,3 +293,10 @@ def test_machines_are_drawn_from_the_estimate():
     drawn = np.array([(each.restitution, each.gap) for each in found.sample(4000, seed=1)])
     assert drawn.mean(axis=0) == pytest.approx(found.estimates[:2], abs=1e-3)
     assert np.cov(drawn.T) == pytest.approx(found.covariance[:2, :2], rel=0.15, abs=1e-9)
+
+
+def test_a_record_that_says_nothing_of_the_unknown_does_not_judge_the_model():
+    record = vi.Record("x1", [0.0, 1.0], [0.0, 0.1])  # before the first impact
+    found = vi.fit(record, PAPER, unknown=["restitution"], initial=(0, 0.5, 0, 0))
+    assert np.isinf(found.errors["restitution"])
+    assert found.verdict == "not identifiable"

@@ -49,6 +49,10 @@ FILES = {
     "time,x1\n0,1\n1\n": "line 3: an empty cell",
     "time,x1\n0,1\n2,1\n1,1\n": "line 4: times = 1.0 .*more than .*line 3: times = 2.0",
     "time,x1\n0,1\n1,nan\n": "line 3: values = nan",
+    "time,x1\n0,10,1,25\n1,20,1,31\n": "line 2: 4 cells, but 2 column names; .*decimal comma",
+    "time;x1\n0;1\n": "time = 'time' .* is delimiter=';' meant",
+    "time\tx1\n0\t1\n": r"is delimiter='\\t' meant",
+    'time,x1\n"0,5",1\n': "line 2: '0,5' in column 'time'; allowed: .*not a comma",
 }
 
 
@@ -58,6 +62,12 @@ def test_a_wrong_line_of_a_file_is_named(text, tmp_path):
     path.write_text(text, encoding="utf-8")
     with pytest.raises(vi.ParameterError, match=FILES[text]):
         vi.Record.from_csv(path, "x1")
+
+
+def test_empty_cells_after_the_last_column_are_no_matter(tmp_path):
+    path = tmp_path / "rig.csv"
+    path.write_text("time,x1\n0,1,\n1,2,,\n", encoding="utf-8")
+    assert vi.Record.from_csv(path, "x1").values.tolist() == [1.0, 2.0]
 
 
 def test_a_file_is_read(tmp_path):

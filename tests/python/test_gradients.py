@@ -436,3 +436,9 @@ def test_constants_beside_numbers_have_no_derivative(function):
         finite = np.isfinite(ahead)
         change = np.where(finite, ahead, 0.0) - np.where(finite, behind, 0.0)
         assert found.slope[..., k] == pytest.approx(change / (2 * h), abs=1e-14)
+
+
+@pytest.mark.parametrize("found", [None, True, np.bool_(False), "gap"])
+def test_a_function_that_returns_no_number_is_refused(found):
+    with pytest.raises(vi.ParameterError, match="a function that returns a number, or an array"):
+        vi.gradient(lambda run: found, SYSTEM, ["gap"], initial=(0, 0.5, 0, 0), periods=2)

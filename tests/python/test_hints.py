@@ -60,7 +60,7 @@ def test_quantities_in_si_lead_to_the_call_that_takes_them():
     for name in (*hints.IN_SI, "M1", "K2"):
         with pytest.raises(TypeError, match=r"a quantity in SI units: System\.from_physical"):
             vi.System(**{name: 1.0})
-        with pytest.raises(vi.ParameterError, match=r"units='SI' varies it"):
+        with pytest.raises(vi.ParameterError, match=r"sweeps .* vary it with units='SI'"):
             vi.bifurcation_diagram(SYSTEM, initial=START, **{name: [1.0]})
     # A structure has a stiffness of its own.
     with pytest.raises(TypeError, match="did you mean stiffness"):

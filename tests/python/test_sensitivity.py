@@ -277,7 +277,8 @@ def test_ctrl_c_keeps_the_derivatives_so_far():
 
 
 @pytest.mark.parametrize(
-    "names", [(), ("gap", "gap"), ("gaps",), ("q_0",), ("contact",), ("gap", "nan")]
+    "names",
+    [(), ("gap", "gap"), ("gaps",), ("q_0",), ("contact",), ("gap", "nan"), (["gap", "v1"],)],
 )
 def test_bad_names_are_refused(names):
     with pytest.raises(vi.ParameterError, match="names"):

@@ -100,7 +100,11 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
     if outliers and verdict == "fits":
         many = counted(outliers, "outlier")
         said.append(f"{many}, more than 4 standard errors off, with little weight")
-    if verdict == "fits" and len(known.open):
+    # Of residuals that no unknown changes, their size says nothing about the model.
+    nothing_told = bool(np.isinf(known.errors).all())
+    if (verdict == "fits" and len(known.open)) or (
+        verdict == "residuals too large" and probability is None and nothing_told
+    ):
         verdict = "not identifiable"
     if verdict == "fits" and rows <= count and any(r.sigma is None for r in problem.records):
         verdict = "not identifiable"

@@ -33,6 +33,8 @@ IMPACT_TIMES = "impact_times"
 _KINDS = re.compile(r"impact_times(_[0-9]{1,6})?|[xva][12]|[qva]_[0-9]{1,6}")
 # Numbers are at most of this size, and standard errors at least of its inverse.
 _MOST = 1e50
+# What columns are set off by.
+_DELIMITERS = (";", "\t", ",")
 # Lines of a file beyond which no record is read.
 _MOST_LINES = 10_000_000
 
@@ -358,11 +360,20 @@ def _columns(
     for what, column in columns.items():
         if column not in names:
             known = ", ".join(map(repr, names))
-            reject(what, column, f"a column of {file}, for the {what}; it has {known}")
+            read_as = "".join(names)
+            other = next((one for one in _DELIMITERS if one != delimiter and one in read_as), None)
+            hint = "" if other is None else f": is delimiter={other!r} meant?"
+            reject(what, column, f"a column of {file}, for the {what}; it has {known}{hint}")
         places[what] = names.index(column)
     read: dict[str, list[float]] = {what: [] for what in columns}
     lines = []
     for number, cells in numbered:
+        if any(cell.strip() for cell in cells[len(names) :]):
+            raise ParameterError(
+                f"{file}, line {number}: {len(cells)} cells, but {len(names)} column names; a "
+                "number with a decimal comma stands in two cells where columns are set off by "
+                f"{delimiter!r}"
+            )
         row = {}
         for what, place in places.items():
             cell = cells[place].strip() if place < len(cells) else ""
@@ -376,9 +387,10 @@ def _columns(
             try:
                 row[what] = float(cell)
             except ValueError:
+                comma = ", with a point, not a comma, before its decimals" if "," in cell else ""
                 raise ParameterError(
                     f"{file}, line {number}: {in_short(cell)} in column {columns[what]!r}; "
-                    "allowed: a number"
+                    f"allowed: a number{comma}"
                 ) from None
         else:
             for what, entry in row.items():

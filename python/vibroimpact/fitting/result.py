@@ -53,8 +53,9 @@ class Fit(Archived, Determined):
         ``"fits"``: the residuals are random, and as large as stated. ``"systematic residuals"``:
         they are not random, the model is wrong or the search ended in the wrong place; standard
         errors mean nothing then. ``"residuals too large"``: random, but larger than the stated
-        ``sigma``. ``"not identifiable"``: the residuals fit, but some combination of the unknowns
-        stays open. ``"not converged"``: no minimum was found.
+        ``sigma``; where none is stated, so large that they explain little. ``"not
+        identifiable"``: the residuals fit, but some combination of the unknowns stays open.
+        ``"not converged"``: no minimum was found.
     reasons
         Sentences on which the verdict rests.
     machine

@@ -123,10 +123,13 @@ def gradient(
         each = [one if isinstance(one, Dual) else constant(one, len(order)) for one in found]
         found = np.stack(each) if each else np.zeros(0)
     if not isinstance(found, Dual):
+        wanted = "a function that returns a number, or an array"
+        if found is None or isinstance(found, bool | np.bool_):  # None would be a NaN
+            reject("function", f"one that returns {found}", wanted)
         try:
             found = constant(found, len(order))
         except (TypeError, ValueError):
-            reject("function", in_short(found), "a function that returns a number, or an array")
+            reject("function", in_short(found), wanted)
     value = found.value[()]
     return (value if found.ndim else float(value)), np.array(found.slope)
 
