@@ -239,7 +239,7 @@ def swept(
         if name not in allowed:
             # Without the names that its signature has for completion.
             of, parameters = f" of {function.__name__}", inspect.signature(function).parameters
-            listed = getattr(function, LISTED, set())
+            listed: set[str] = getattr(function, LISTED, set())
             named = [one for one in parameters.values() if one.kind is one.KEYWORD_ONLY]
             own = [one.name for one in named if one.name not in listed]
             known = [*allowed, *(one for one in parameters if one not in listed)]

@@ -120,9 +120,11 @@ def unknowns_of(given: Any, machine: Any, initial: Array) -> Unknowns:
 def known_of(machine: Machine) -> str:
     """Return in words what can be unknown."""
     coordinates = ", ".join(machine._coordinates_by_name)
-    made = isinstance(machine, Made)
-    own = ", ".join(machine._numbers) if made else machine._numbers_in_words
-    more = "" if made else "; any other number by a function of it that makes the system"
+    if isinstance(machine, Made):
+        own, more = ", ".join(machine._numbers), ""
+    else:
+        own = machine._numbers_in_words
+        more = "; any other number by a function of it that makes the system"
     return f"{own}, {coordinates}, or {START!r} for all of the start{more}"
 
 
