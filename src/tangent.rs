@@ -64,6 +64,8 @@ pub(crate) struct Model {
     pub period: Dual,
     /// Body 2 is a wall at rest: left out.
     pub wall_at_rest: bool,
+    /// Of pendulum and oscillator, whose equations vary.
+    steps: [equation::Steps; 2],
     /// The numbers of the restitution curve that vary, with their directions.
     of_curve: SmallVec<[(usize, usize); 2]>,
 }
@@ -119,7 +121,10 @@ impl Model {
             Some((place, direction))
         });
         let of_curve = of_curve.collect();
-        Self { system: system.clone(), motion, parameters, period, wall_at_rest, of_curve }
+        let bodies = [parameters.pendulum(), parameters.oscillator()];
+        let steps = bodies.map(|body| flight::steps(&body, omega));
+        let system = system.clone();
+        Self { system, motion, parameters, period, wall_at_rest, steps, of_curve }
     }
 
     /// Sine and cosine of x1; 0 and 1 in direct contact.
@@ -167,6 +172,8 @@ impl Model {
 
     /// Cosine and sine of the forcing phase, the sine also of a drive that stands still, whose load
     /// changes with its phase.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // for each impact
     pub fn trig(&self, clock: Clock) -> Trig {
         let trig = self.motion.drive.trig_at(clock);
         let still = !self.motion.drive.has_period();

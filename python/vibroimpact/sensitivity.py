@@ -73,7 +73,7 @@ class OneSided:
         Its time.
     reason
         ``"graze"``: beyond, the bodies strike. ``"regime_border"``: an impact on the border of two
-        regimes. ``"chatter_onset"``: a chatter that ends where the contact force is 0; beyond, it
+        regimes. ``"chatter_onset"``: a chatter that ends with next to no contact force; beyond, it
         is incomplete. ``"contact_border"``: a contact that begins without force, sticks at the
         limit of friction, or ends where what ends it has no rate. ``"start_on_contact"``: the
         motion starts on the contact; beyond, the bodies overlap, or fly. ``"restitution_knot"``: an

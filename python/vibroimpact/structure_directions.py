@@ -18,7 +18,7 @@ from .arguments import complex_vector, in_short, matrix, number, reject, unknown
 from .errors import ParameterError
 from .modal_basis import ModalBasis
 from .restitution import OF_POWER_LAWS, OF_TABLES
-from .stop import Stop
+from .stop import Stop, numbered
 from .structure import Structure
 
 Array = NDArray[np.float64]
@@ -32,13 +32,10 @@ _NUMBERS: Final = ("drive_frequency", "phase")
 _OF_STOPS: Final = ("gap", "restitution", "friction", "amplitude", "phase")
 # After them the numbers of the curve of restitution, of a stop that has one.
 _OF_CURVES: Final = len(OF_TABLES)
+_OF_ALL: Final = (*_OF_STOPS, *OF_TABLES, *OF_POWER_LAWS)
 _START: Final = ("q", "v")
 # What cannot be varied, of stops and of a structure from modes.
 _FIXED: Final = frozenset({"normal", "tangent", "shapes"})
-_OF_ONE: Final = re.compile(
-    rf"({'|'.join((*_OF_STOPS, *OF_TABLES, *OF_POWER_LAWS))})_(\d+)", re.ASCII
-)
-_COMPONENT: Final = re.compile(r"([qv])_(\d+)", re.ASCII)
 _ENTRY: Final = re.compile(r"(mass|stiffness|damping)\[\s*(\d+)\s*,\s*(\d+)\s*\]", re.ASCII)
 _KNOWN: Final = (
     "mass, stiffness, damping, damping_ratios, static_load, drive_amplitude, drive_frequency, "
@@ -82,10 +79,10 @@ def _named_in_modes(structure: Structure, name: str) -> dict[str, Any] | None:
     if not structure._basis.is_modal:
         return None
     count = structure.coordinates
-    if match := _COMPONENT.fullmatch(name):
-        if int(match[2]) >= count:
+    if (own := numbered(name)) and own.what in _START:
+        if own.place >= count:
             reject("names", name, f"that of one of {count} coordinates")
-        return _fields(structure, name, {match[1]: np.eye(count)[int(match[2])]})
+        return _fields(structure, name, {own.what: np.eye(count)[own.place]})
     if match := _ENTRY.fullmatch(name):
         i, j = int(match[2]), int(match[3])
         if max(i, j) >= count:
@@ -111,7 +108,8 @@ def _fields(structure: Structure, name: str, direction: Any) -> dict[str, Any]:
     stops = np.zeros((len(structure.stops), len(_OF_STOPS) + _OF_CURVES))
     for key, value in direction.items():
         what = f"{name}[{key!r}]"
-        match = _OF_ONE.fullmatch(key) if isinstance(key, str) else None
+        of_one = numbered(key) if isinstance(key, str) and key not in _OF_ALL else None
+        of_one = of_one if of_one and of_one.what in _OF_ALL else None
         if key in _MATRICES:
             given = matrix(what, value, rows=count, columns=count)
             found[key] = basis.square(what, _symmetric(what, given))
@@ -132,10 +130,10 @@ def _fields(structure: Structure, name: str, direction: Any) -> dict[str, Any]:
             row = np.zeros((2, count))
             row[_START.index(key)] = vector(what, value, length=count)
             found[key] = structure._to_core(row)[_START.index(key)]
-        elif match is not None or key in (*_OF_STOPS, *OF_TABLES, *OF_POWER_LAWS):
-            field = match[1] if match is not None else key
-            places = [*range(len(stops))] if match is None else [int(match[2])]
-            if match is not None and places[0] >= len(stops):
+        elif of_one is not None or key in _OF_ALL:
+            field = of_one.what if of_one is not None else key
+            places = [*range(len(stops))] if of_one is None else [of_one.place]
+            if of_one is not None and places[0] >= len(stops):
                 reject(what, key, f"that of one of {len(stops)} stops")
             columns = {place: _numbers(structure.stops[place]) for place in places}
             having = [place for place in places if field in columns[place]]

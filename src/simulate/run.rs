@@ -188,14 +188,16 @@ impl<M: Recorded> Run<M> {
     }
 }
 
-impl Run {
+impl<M: Recorded> Run<M> {
     /// Whether it has kept all events since a start apart, and between them the bodies fly.
     pub(crate) fn is_all_flights(&self) -> bool {
-        let apart = self.window_anchor.phase == Phase::Flight(FlightStart::Apart);
+        let apart = matches!(self.window_anchor.phase, Phase::Flight(FlightStart::Apart));
         let whole = self.window == Clock::START && apart;
         whole && self.contacts.is_empty() && !self.skips_at_end()
     }
+}
 
+impl Run {
     /// A run that ends at the same instant in another state, of which nothing is kept; `None` unless
     /// both runs end in free flight there.
     pub(crate) fn begun_from(&self, state: State) -> Option<Run> {

@@ -9,13 +9,28 @@
 //! ```
 //!
 //! The first three are flights from rest under another load, in closed form ([`Loads`]). The sources
-//! of the others are flights themselves: all are summed together as Taylor series, step by step
-//! ([`by_equation`]), the same lines for every damping, at resonance, and for short times.
+//! of the others are flights themselves. With z = (x, x', 1, cos psi, sin psi), over any time the motion
+//! grows by C z and a derivative d = (dx, dx') by X d + L z, where X are the first two columns of C;
+//! over twice the time by
+//!
+//! ```text
+//! C -> 2 C + C T      L -> 2 L + X L + L T      T: what z grows by
+//! ```
+//!
+//! ([`Steps`]). So whole steps are binary, and what is left is a short Taylor series: the same lines for
+//! every damping, at resonance, and for short times.
+
+#![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
+
+use std::sync::OnceLock;
+
+use smallvec::SmallVec;
 
 use crate::flight::{Drive, Oscillator, Trig, Turn};
 use crate::model::oblique::Body;
 use crate::numerics::double_double::DoubleDouble;
-use crate::tangent::tolerances::{LEAST_TERM, LONGEST_STEP, MOST_STEPS};
+use crate::numerics::elementary;
+use crate::tangent::tolerances::{LEAST_TERM, LONGEST_SERIES, LONGEST_STEP, MOST_STEPS};
 
 /// Displacement and rate.
 pub(super) type Pair = [f64; 2];
@@ -69,110 +84,411 @@ pub(super) fn by_phase(
         .into()
 }
 
-/// Derivatives of displacement and rate after a time by w, zeta and omega.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct ByEquation {
-    pub natural: Pair,
-    pub damping: Pair,
-    pub omega: Pair,
+/// A number of one body's equation of motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Coefficient {
+    Natural,
+    Damping,
+    Omega,
+    Phase,
+    Amplitude,
+    Constant,
 }
+
+/// How many there are.
+const COEFFICIENTS: usize = 6;
+
+/// Derivatives of displacement and rate after a time by the coefficients that are asked for, 0 by the
+/// others.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct ByEquation([Pair; COEFFICIENTS]);
 
 impl ByEquation {
     /// Where there are none.
-    pub const NONE: Self =
-        Self { natural: [f64::NAN; 2], damping: [f64::NAN; 2], omega: [f64::NAN; 2] };
+    pub const NONE: Self = Self([[f64::NAN; 2]; COEFFICIENTS]);
+
+    /// By one of them.
+    pub fn of(&self, coefficient: Coefficient) -> Pair {
+        self.0[coefficient as usize]
+    }
 }
 
-/// Derivatives after `time` of a flight from displacement and rate, at this phase of a drive that
-/// turns with `omega`; `None` for bodies so strongly damped that too many steps would be needed.
-pub(super) fn by_equation(
-    body: &Body<f64>,
-    omega: f64,
-    ((x, v), start): ((f64, f64), Trig),
-    time: f64,
-) -> Option<ByEquation> {
-    if time == 0.0 {
-        return Some(ByEquation::default());
-    }
-    let fastest = omega.max(body.natural).max(2.0 * body.damping * body.natural);
-    let steps = (time * fastest / LONGEST_STEP).ceil().max(1.0);
-    if steps.is_nan() || steps > MOST_STEPS {
-        return None;
-    }
-    let length = time / steps;
-    let mut sums = Sums { motion: [x, v], ..Sums::default() };
-    let mut phase = start;
-    #[allow(clippy::cast_sign_loss)] // at least 1
-    let steps = steps as usize;
-    for step in 0..steps {
-        sums = sums.after(body, (omega, phase), step as f64 * length, (length, fastest * length));
-        if step + 1 < steps {
-            phase = start.turned_by(turned(omega * (length * (step + 1) as f64)));
+/// In this order: what the frequency of the drive adds needs what its phase does.
+const ALL: [Coefficient; COEFFICIENTS] = [
+    Coefficient::Natural,
+    Coefficient::Damping,
+    Coefficient::Phase,
+    Coefficient::Omega,
+    Coefficient::Amplitude,
+    Coefficient::Constant,
+];
+
+impl Coefficient {
+    /// The first component of z that counts, if only one more does.
+    fn place(self) -> Option<usize> {
+        match self {
+            Self::Natural | Self::Damping => None,
+            Self::Constant => Some(2),
+            Self::Omega | Self::Phase | Self::Amplitude => Some(3),
         }
     }
-    Some(sums.derivatives)
 }
 
-fn turned(angle: f64) -> Trig {
-    let (sin, cos) = crate::numerics::elementary::sin_cos(angle);
-    Trig { cos, sin }
+/// z = (x, x', 1, cos psi, sin psi).
+type Along = [f64; 5];
+/// Two rows over z, column by column, as what displacement and rate grow by; the last two are nothing.
+type Rows = [f64; 12];
+/// Over two components.
+type Narrow = [f64; 4];
+/// One for each coefficient.
+type Each<T> = [T; COEFFICIENTS];
+
+/// Most steps of powers of two; longer flights take the longest more than once.
+const LEVELS: usize = 24;
+
+/// How one body's flights change with coefficients of its equation: what is worked out once.
+#[derive(Debug)]
+pub(super) struct Steps {
+    body: Body<f64>,
+    omega: f64,
+    /// What is asked for; with the frequency of the drive its phase, too.
+    wanted: SmallVec<[Coefficient; COEFFICIENTS]>,
+    /// Length of the shortest steps, a power of two, and the fastest rate.
+    length: f64,
+    fastest: f64,
+    series: OnceLock<Box<Series>>,
+    /// Steps of 2^k lengths.
+    levels: [OnceLock<Box<Level>>; LEVELS],
 }
 
-/// A motion and its derivatives.
-#[derive(Default)]
-struct Sums {
-    motion: Pair,
-    derivatives: ByEquation,
+/// Taylor series over up to half a length forward and back: their terms of orders 1, 2 ... in lengths.
+#[derive(Debug)]
+struct Series {
+    /// C, and X.
+    change: Vec<Rows>,
+    growth: Vec<Narrow>,
+    /// L of what is asked for, in its order.
+    added: SmallVec<[Terms; 2]>,
 }
 
-impl Sums {
-    /// After a step of time `h`, which begins at the time `before` since the start of the flight.
-    /// Time is counted in steps, so that every coefficient is a term; none turns or decays faster than
-    /// by the angle `most` in a step.
-    fn after(
-        &self,
-        body: &Body<f64>,
-        (omega, phase): (f64, Trig),
-        before: f64,
-        (h, most): (f64, f64),
-    ) -> Self {
-        let ByEquation { natural, damping, omega: by_omega } = self.derivatives;
-        let square = h * h;
-        let (turn, decay) = (body.natural * h, 2.0 * body.damping * body.natural * h);
-        let stiffness = turn * turn;
-        let force = body.amplitude * square;
-        // Two terms each, the n-th and the one after it, of the motion and its derivatives.
-        let begin = |[x, v]: Pair| [x, v * h];
-        let mut terms = [self.motion, natural, damping, by_omega].map(begin);
-        let mut sums = terms.map(|[lower, upper]| [lower + upper, upper]);
-        // Of cos psi and sin psi.
-        let (mut cos, mut sin, mut sin_before) = (phase.cos, phase.sin, 0.0);
-        let mut constant = body.constant * square;
-        let (mut next, mut size) = (1.0, 1.0);
-        while size > LEAST_TERM {
-            let rate = next * terms[0][1];
-            let sources = [
-                force * cos + constant,
-                -2.0 * (body.damping * h * rate + turn * h * terms[0][0]),
-                -2.0 * turn * rate,
-                -force * (before * sin + h * sin_before),
-            ];
-            let inverse = 1.0 / (next * (next + 1.0));
-            for ((term, sum), source) in terms.iter_mut().zip(&mut sums).zip(sources) {
-                let [lower, upper] = *term;
-                let new = (source - decay * next * upper - stiffness * lower) * inverse;
-                *term = [upper, new];
-                sum[0] += new;
-                sum[1] += (next + 1.0) * new;
+/// The terms of rows over z, or over two components from this one on.
+#[derive(Debug)]
+enum Terms {
+    Wide(Vec<Rows>),
+    Narrow(usize, Vec<Narrow>),
+}
+
+/// A step of this time.
+#[derive(Debug)]
+struct Level {
+    time: f64,
+    /// cos(omega t) - 1 and sin(omega t).
+    turn: (f64, f64),
+    /// C, and L of what is asked for; that of omega from where its phase is the drive's.
+    change: Rows,
+    added: Each<Rows>,
+}
+
+impl Steps {
+    /// Of a body driven at `omega`.
+    pub fn new(body: &Body<f64>, omega: f64, wanted: &[Coefficient]) -> Self {
+        let with_phase = wanted.contains(&Coefficient::Omega);
+        let is_wanted = |coefficient: &Coefficient| {
+            wanted.contains(coefficient) || (with_phase && *coefficient == Coefficient::Phase)
+        };
+        let fastest = omega.max(body.natural).max(2.0 * body.damping * body.natural);
+        // Where nothing turns or decays the series are finite, in any unit.
+        let length =
+            if fastest > 0.0 { (LONGEST_SERIES / fastest).log2().floor().exp2() } else { 1.0 };
+        Self {
+            body: *body,
+            omega,
+            wanted: ALL.into_iter().filter(is_wanted).collect(),
+            length,
+            fastest,
+            series: OnceLock::new(),
+            levels: [const { OnceLock::new() }; LEVELS],
+        }
+    }
+
+    /// Whether nothing is asked for.
+    #[inline(always)]
+    pub fn is_idle(&self) -> bool {
+        self.wanted.is_empty()
+    }
+
+    /// Derivatives after `time` of a flight from displacement and rate, at this phase of the drive; `None`
+    /// for bodies so strongly damped that too many steps would be needed.
+    #[inline(always)]
+    pub fn after(&self, (x, v): (f64, f64), start: Trig, time: f64) -> Option<ByEquation> {
+        let mut columns = [[0.0; 2]; COEFFICIENTS];
+        if self.is_idle() || time == 0.0 {
+            return Some(ByEquation(columns));
+        }
+        let steps = time * self.fastest / LONGEST_STEP;
+        if steps.is_nan() || steps > MOST_STEPS {
+            return None;
+        }
+        let mut at = [x, v, 1.0, start.cos, start.sin];
+        let whole = if self.fastest > 0.0 { (time / self.length).round_ties_even() } else { 0.0 };
+        #[allow(clippy::cast_sign_loss, clippy::cast_possible_truncation)] // few, and not negative
+        let mut left = whole as u64;
+        let mut done = 0.0;
+        while left > 0 {
+            let k = (left.ilog2() as usize).min(LEVELS - 1);
+            let level = self.level(k);
+            level.take(&self.wanted, (done, &mut at), &mut columns);
+            done += level.time;
+            left -= 1 << k;
+        }
+        let series = self.series.get_or_init(|| Box::new(self.series()));
+        series.take(&self.wanted, (time - done) / self.length, (done, &at), &mut columns);
+        Some(ByEquation(columns))
+    }
+
+    /// A step of 2^k lengths.
+    #[inline(always)]
+    fn level(&self, k: usize) -> &Level {
+        self.levels[k].get_or_init(|| Box::new(self.made(k)))
+    }
+
+    #[inline(never)]
+    fn made(&self, k: usize) -> Level {
+        if k > 0 {
+            return self.twice(self.level(k - 1));
+        }
+        let series = self.series.get_or_init(|| Box::new(self.series()));
+        let mut added = [[0.0; 12]; COEFFICIENTS];
+        for (&wanted, terms) in self.wanted.iter().zip(&series.added) {
+            match terms {
+                Terms::Wide(terms) => added[wanted as usize] = sum(terms, 0.5),
+                Terms::Narrow(place, terms) => {
+                    added[wanted as usize][2 * place..][..4].copy_from_slice(&sum(terms, 0.5));
+                }
             }
+        }
+        let time = 0.5 * self.length;
+        let turn = elementary::turn(self.omega * time, 0.0);
+        self.twice(&Level { time, turn, change: sum(&series.change, 0.5), added })
+    }
+
+    fn twice(&self, level: &Level) -> Level {
+        let Level { time, change, added, .. } = level;
+        let mut twice = [[0.0; 12]; COEFFICIENTS];
+        for &wanted in &self.wanted {
+            let own = &added[wanted as usize];
+            let grown = level.grown(own);
+            let ahead = &added[Coefficient::Phase as usize];
+            let grown_ahead = level.grown(ahead);
+            // The phase is ahead in the second half.
+            let later = if wanted == Coefficient::Omega { *time } else { 0.0 };
+            twice[wanted as usize] = std::array::from_fn(|i| {
+                let column = i / 2 * 2;
+                let turned = change[i % 2] * own[column] + change[2 + i % 2] * own[column + 1];
+                2.0 * own[i] + turned + grown[i] + later * (ahead[i] + grown_ahead[i])
+            });
+        }
+        let grown = level.grown(change);
+        Level {
+            time: 2.0 * time,
+            turn: elementary::turn(self.omega * (2.0 * time), 0.0),
+            change: std::array::from_fn(|i| 2.0 * change[i] + grown[i]),
+            added: twice,
+        }
+    }
+
+    #[inline(never)]
+    fn series(&self) -> Series {
+        let half = 0.5 * self.fastest * self.length;
+        let (mut orders, mut size) = (2, half);
+        while size > LEAST_TERM {
+            size *= half / orders as f64;
+            orders += 1;
+        }
+        let mut change = vec![[0.0; 12]; orders];
+        let mut added = [const { Vec::new() }; COEFFICIENTS];
+        for &wanted in &self.wanted {
+            added[wanted as usize] = vec![[0.0; 12]; orders];
+        }
+        for place in 0..5 {
+            let (motion, own) = self.terms(place, orders);
+            let pair = |terms: &[f64], order: usize| {
+                [terms[order], (order + 1) as f64 * terms[order + 1] / self.length]
+            };
+            for order in 1..=orders {
+                let put = |rows: &mut Vec<Rows>, terms: &[f64]| {
+                    rows[order - 1][2 * place..][..2].copy_from_slice(&pair(terms, order));
+                };
+                put(&mut change, &motion);
+                for &wanted in &self.wanted {
+                    put(&mut added[wanted as usize], &own[wanted as usize]);
+                }
+            }
+        }
+        let narrow = |rows: &Rows, place: usize| std::array::from_fn(|i| rows[2 * place + i]);
+        let terms = |&wanted: &Coefficient| {
+            let rows = std::mem::take(&mut added[wanted as usize]);
+            match wanted.place() {
+                None => Terms::Wide(rows),
+                Some(place) => {
+                    Terms::Narrow(place, rows.iter().map(|rows| narrow(rows, place)).collect())
+                }
+            }
+        };
+        Series {
+            added: self.wanted.iter().map(terms).collect(),
+            growth: change.iter().map(|rows| narrow(rows, 0)).collect(),
+            change,
+        }
+    }
+
+    /// Terms of the displacement from one component of z, and of its derivatives, up to an order. Time is
+    /// counted in lengths, so that every coefficient is a term.
+    fn terms(&self, place: usize, orders: usize) -> (Vec<f64>, Each<Vec<f64>>) {
+        let Self { body, omega, length: h, .. } = self;
+        let mut at = [0.0; 5];
+        at[place] = 1.0;
+        let [x, v, one, mut cos, mut sin] = at;
+        let square = h * h;
+        let (mut one, mut sin_before) = (one * square, 0.0);
+        let (turn, decay) = (body.natural * h, 2.0 * body.damping * body.natural * h);
+        let force = body.amplitude * square;
+        let mut motion = vec![x, v * h];
+        let mut own: Each<Vec<f64>> = std::array::from_fn(|_| vec![0.0; 2]);
+        for n in 0..orders {
+            let next = (n + 1) as f64;
+            let rate = next * motion[n + 1];
+            let grow = |terms: &mut Vec<f64>, source: f64| {
+                let forces = source - decay * next * terms[n + 1] - turn * turn * terms[n];
+                terms.push(forces / (next * (next + 1.0)));
+            };
+            for &wanted in &self.wanted {
+                let source = match wanted {
+                    Coefficient::Natural => -2.0 * (body.damping * h * rate + turn * h * motion[n]),
+                    Coefficient::Damping => -2.0 * turn * rate,
+                    Coefficient::Omega => -force * h * sin_before,
+                    Coefficient::Phase => -force * sin,
+                    Coefficient::Amplitude => square * cos,
+                    Coefficient::Constant => one,
+                };
+                grow(&mut own[wanted as usize], source);
+            }
+            grow(&mut motion, force * cos + body.constant * one);
             sin_before = sin;
             let angle = omega * h / next;
             (cos, sin) = (-angle * sin, angle * cos);
-            constant = 0.0;
-            size *= most / next;
-            next += 1.0;
+            one = 0.0;
         }
-        let [motion, natural, damping, omega] = sums.map(|[x, v]| [x, v / h]);
-        Self { motion, derivatives: ByEquation { natural, damping, omega } }
+        (motion, own)
+    }
+}
+
+/// A series without its term of order 0, by Horner's rule. With fused operations: for what is compiled where
+/// these are instructions.
+#[inline(always)]
+fn sum<const N: usize>(terms: &[[f64; N]], time: f64) -> [f64; N] {
+    let mut sum = [0.0f64; N];
+    for term in terms.iter().rev() {
+        for i in 0..N {
+            sum[i] = sum[i].mul_add(time, term[i]);
+        }
+    }
+    sum.map(|x| x * time)
+}
+
+/// Two rows over some numbers.
+#[inline(always)]
+fn over(rows: &[f64], numbers: &[f64]) -> Pair {
+    let mut sum = [0.0; 2];
+    for (pair, x) in rows.chunks_exact(2).zip(numbers) {
+        (sum[0], sum[1]) = (sum[0] + pair[0] * x, sum[1] + pair[1] * x);
+    }
+    sum
+}
+
+/// A column that grows so, and to which this is added.
+#[inline(always)]
+fn grow(column: &mut Pair, growth: &[f64], [x, v]: Pair) {
+    let own = over(&growth[..4], &column[..]);
+    (column[0], column[1]) = (column[0] + (own[0] + x), column[1] + (own[1] + v));
+}
+
+impl Series {
+    /// A time, in lengths, that begins at `before` since the start of the flight.
+    #[inline(always)]
+    fn take(
+        &self,
+        wanted: &[Coefficient],
+        time: f64,
+        (before, at): (f64, &Along),
+        columns: &mut Each<Pair>,
+    ) {
+        let growth = sum(&self.growth, time);
+        let mut ahead = [0.0; 2];
+        for (&wanted, terms) in wanted.iter().zip(&self.added) {
+            let mut added = match terms {
+                Terms::Wide(terms) => over(&sum(terms, time)[..10], at),
+                Terms::Narrow(place, terms) => over(&sum(terms, time), &at[*place..]),
+            };
+            if wanted == Coefficient::Phase {
+                ahead = added;
+            }
+            if wanted == Coefficient::Omega {
+                added = [added[0] + before * ahead[0], added[1] + before * ahead[1]];
+            }
+            grow(&mut columns[wanted as usize], &growth, added);
+        }
+    }
+}
+
+impl Level {
+    /// Rows over what z changes by, as rows over z.
+    fn grown(&self, rows: &Rows) -> Rows {
+        let (cos, sin) = self.turn;
+        std::array::from_fn(|i| {
+            let (column, row) = (i / 2, i % 2);
+            let free =
+                rows[row] * self.change[2 * column] + rows[2 + row] * self.change[2 * column + 1];
+            let turned = match column {
+                3 => rows[6 + row] * cos + rows[8 + row] * sin,
+                4 => rows[8 + row] * cos - rows[6 + row] * sin,
+                _ => 0.0,
+            };
+            free + turned
+        })
+    }
+
+    /// This step, which begins at the time `before` since the start of the flight.
+    #[inline(always)]
+    fn take(
+        &self,
+        wanted: &[Coefficient],
+        (before, at): (f64, &mut Along),
+        columns: &mut Each<Pair>,
+    ) {
+        let mut ahead = [0.0; 2];
+        for &wanted in wanted {
+            let rows = &self.added[wanted as usize];
+            let mut added = match wanted.place() {
+                None => over(&rows[..10], at),
+                Some(place) => over(&rows[2 * place..][..4], &at[place..]),
+            };
+            if wanted == Coefficient::Phase {
+                ahead = added;
+            }
+            if wanted == Coefficient::Omega {
+                added = [added[0] + before * ahead[0], added[1] + before * ahead[1]];
+            }
+            grow(&mut columns[wanted as usize], &self.change, added);
+        }
+        let [x, v] = over(&self.change[..10], at);
+        let (cos, sin) = self.turn;
+        *at = [
+            at[0] + x,
+            at[1] + v,
+            1.0,
+            at[3] + (at[3] * cos - at[4] * sin),
+            at[4] + (at[4] * cos + at[3] * sin),
+        ];
     }
 }

@@ -4,12 +4,16 @@
 //! to the phase the forced response a quarter turn later; with respect to the numbers of the equation of
 //! motion they are in `equation`.
 
-use super::equation::{ByEquation, Loads, by_equation, by_phase};
+use pulp::NullaryFnOnce;
+use smallvec::SmallVec;
+
+use super::equation::{ByEquation, Coefficient, Loads, Steps, by_phase};
 use super::{Dual, DualState, Model, Moment};
 use crate::flight::{Oscillator, Trig, Turn};
 use crate::model::oblique::Body;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
+use crate::numerics::lanes::narrow;
 
 /// State after time `s` of free flight from `moment`.
 pub(crate) fn fly(model: &Model, state: &DualState, moment: &Moment, s: Dual) -> DualState {
@@ -18,11 +22,11 @@ pub(crate) fn fly(model: &Model, state: &DualState, moment: &Moment, s: Dual) ->
     let turn = motion.drive.turned_far(start, DoubleDouble::new(s.value));
     let forcing = Forcing { start, angle, turn };
     let (x1, v1) =
-        fly_body(model, &motion.pendulum, &p.pendulum(), (state.x1, state.v1), &forcing, s);
+        fly_body(model, (&motion.pendulum, 0), &p.pendulum(), (state.x1, state.v1), &forcing, s);
     let (x2, v2) = if model.wall_at_rest {
         (model.wall_place(), Dual::constant(0.0))
     } else {
-        fly_body(model, &motion.oscillator, &p.oscillator(), (state.x2, state.v2), &forcing, s)
+        fly_body(model, (&motion.oscillator, 1), &p.oscillator(), (state.x2, state.v2), &forcing, s)
     };
     DualState { x1, v1, x2, v2 }
 }
@@ -39,7 +43,7 @@ struct Forcing {
 
 fn fly_body(
     model: &Model,
-    oscillator: &Oscillator,
+    (oscillator, number): (&Oscillator, usize),
     body: &Body<Dual>,
     (x, v): (Dual, Dual),
     &Forcing { start, angle, ref turn }: &Forcing,
@@ -61,14 +65,16 @@ fn fly_body(
     let loads = (by_f || by_c).then(|| Loads::new(&values, omega.value, model.motion.span));
     let [of_f, of_c] =
         loads.map_or([[0.0; 2]; 2], |loads| [loads.driven(elapsed, turn), loads.loaded(elapsed)]);
-    let driven = values.amplitude != 0.0 && !omega.is_constant();
-    let varies = driven || !body.natural.is_constant() || !body.damping.is_constant();
-    let ByEquation { natural: of_w, damping: of_zeta, omega: of_omega } = if varies {
-        let start = ((x.value, v.value), start);
-        by_equation(&values, omega.value, start, s.value).unwrap_or(ByEquation::NONE)
-    } else {
-        ByEquation::default()
-    };
+    let found = narrow(Equation {
+        steps: &model.steps[number],
+        from: (x.value, v.value),
+        start,
+        time: s.value,
+    });
+    let by_equation = found.unwrap_or(ByEquation::NONE);
+    let [of_w, of_zeta, of_omega] =
+        [Coefficient::Natural, Coefficient::Damping, Coefficient::Omega]
+            .map(|coefficient| by_equation.of(coefficient));
     let chain = |value: f64, i: usize, [to_x, to_v, to_s, to_angle]: [f64; 4]| {
         Dual::chain(
             value,
@@ -86,6 +92,37 @@ fn fly_body(
         )
     };
     (chain(end, 0, [xx, xv, rate, shift[0]]), chain(rate, 1, [vx, vv, acceleration, shift[1]]))
+}
+
+/// [`Steps::after`].
+struct Equation<'a> {
+    steps: &'a Steps,
+    from: (f64, f64),
+    start: Trig,
+    time: f64,
+}
+
+impl NullaryFnOnce for Equation<'_> {
+    type Output = Option<ByEquation>;
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // compiled for several instruction sets
+    fn call(self) -> Self::Output {
+        self.steps.after(self.from, self.start, self.time)
+    }
+}
+
+/// What legs need of a body's equation where its numbers carry these derivatives.
+pub(super) fn steps(body: &Body<Dual>, omega: Dual) -> Steps {
+    let driven = body.amplitude.value != 0.0 && !omega.is_constant();
+    let all = [
+        (Coefficient::Natural, !body.natural.is_constant()),
+        (Coefficient::Damping, !body.damping.is_constant()),
+        (Coefficient::Omega, driven),
+    ];
+    let wanted: SmallVec<[_; 3]> =
+        all.into_iter().filter_map(|(coefficient, varies)| varies.then_some(coefficient)).collect();
+    Steps::new(&values(body), omega.value, &wanted)
 }
 
 fn values(body: &Body<Dual>) -> Body<f64> {

@@ -14,21 +14,23 @@ mod follow;
 mod marks;
 mod source;
 mod structure;
+mod structure_legs;
 
 pub use error::SensitivityError;
 pub use marks::{OneSided, OneSidedReason};
-pub use structure::{StructureLegs, structure_sensitivity};
+pub use structure::structure_sensitivity;
+pub use structure_legs::StructureLegs;
 
 use by::By;
 use columns::Differentiated;
-use follow::{Follower, SensitiveLeg, rows_of};
+use follow::{Follower, KeptLegs, append};
 use source::{Kept, Source};
 
 use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::Simulation;
-use crate::simulate::event::{ImpactEvent, ImpactRecord};
+use crate::simulate::event::ImpactRecord;
 use crate::simulate::run::Run;
 use crate::tangent::tolerances::SAME_TIME;
 
@@ -68,7 +70,7 @@ pub struct Sensitivity<L = Legs> {
 /// The legs of a run with the derivatives at their starts.
 pub struct Legs {
     of: Differentiated,
-    all: Vec<SensitiveLeg>,
+    all: KeptLegs,
     span: (f64, f64),
 }
 
@@ -132,12 +134,11 @@ impl Along for Legs {
             if !(*from..=*to).contains(&time) {
                 return Ok(None);
             }
-            // The last leg that begins not later than this.
-            let leg = &legs[legs.partition_point(|leg| leg.time <= time).max(1) - 1];
+            let leg = legs.at(time, of);
             let clock = drive.clock_at(time);
             let clock = if clock < leg.here.clock { leg.here.clock } else { clock };
-            let (columns, rates) = leg.at(of, clock)?;
-            rows.extend(rows_of(&of.at_fixed_time(columns, &rates, clock)));
+            let (columns, rates) = leg.at(of, clock, None)?;
+            append(&of.at_fixed_time(columns, &rates, clock), &mut rows);
         }
         Ok(Some(rows))
     }
@@ -180,7 +181,8 @@ pub fn sensitivity(
     let end = run.final_state.clock;
     let last = run.first_section + run.stroboscopic.len() as i64;
     let sections = (run.first_section..last, options.section_phase);
-    let mut follower = Follower::new(&of, initial, (run.window, end), sections);
+    let impacts = run.impacts.len();
+    let mut follower = Follower::new(&of, initial, (run.window, end), sections, impacts);
     let source = if run.is_all_flights() {
         let kept = Kept::new(run, follower.section_offset, cancel);
         let (clock, state) = kept.first();
@@ -204,22 +206,22 @@ pub fn sensitivity(
         None => follower.so_far()?,
     };
     let rows = follower.rows;
-    let same = |event: &ImpactEvent, row: &ImpactRecord| {
-        event.clock.period == row.period
-            && (event.time - row.time).abs() <= SAME_TIME * row.time.abs()
+    let same = |&(period, time): &(i64, f64), row: &ImpactRecord| {
+        period == row.period && (time - row.time).abs() <= SAME_TIME * row.time.abs()
     };
     let place = Place { end: run.final_state.time, until, events: run.events.len() };
     let more = place.more(&rows.impacts, &run.impacts, same, |row| row.time)?;
     let k = names.len();
     place.check_sections(rows.stroboscopic.len(), 4 * k * run.stroboscopic.len())?;
-    let from = |table: Vec<f64>, rows: usize| table[rows * k..].to_vec();
+    let mut last = Vec::with_capacity(4 * k);
+    append(&final_state, &mut last);
     Ok(Sensitivity {
         names: names.to_vec(),
-        times: from(rows.times, more),
-        before: from(rows.before, 4 * more),
-        after: from(rows.after, 4 * more),
+        times: without_first(rows.times, k * more),
+        before: without_first(rows.before, 4 * k * more),
+        after: without_first(rows.after, 4 * k * more),
         stroboscopic: rows.stroboscopic,
-        final_state: rows_of(&final_state).collect(),
+        final_state: last,
         one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
         until,
         legs: Legs {
@@ -228,6 +230,12 @@ pub fn sensitivity(
             span: (run.kept_from(), until.unwrap_or(run.final_state.time)),
         },
     })
+}
+
+/// A table without its first numbers.
+fn without_first(mut table: Vec<f64>, numbers: usize) -> Vec<f64> {
+    table.drain(..numbers);
+    table
 }
 
 /// Which rows found are those of the run.

@@ -135,26 +135,40 @@ impl ImpactPoint {
         [x1, v1, v2, x2]: &Columns<N>,
         side: f64,
     ) -> (ContactCoordinates<Dual<N>>, [f64; N], [f64; N]) {
-        let Self { angle, turns, rates, approach_velocity, numbers } = *self;
-        let ([r1, r2], [a1, a2]) = (rates.velocities, rates.accelerations);
+        let Self { angle, rates, approach_velocity, numbers, .. } = *self;
+        let ([r1, _], [a1, a2]) = (rates.velocities, rates.accelerations);
         let per_approach = 1.0 / approach_velocity;
         let delay: [f64; N] = std::array::from_fn(|i| (x2[i] - angle.cos * x1[i]) * per_approach);
-        let x1: [f64; N] = std::array::from_fn(|i| x1[i] + r1 * delay[i]);
-        let v1: [f64; N] = std::array::from_fn(|i| v1[i] + a1 * delay[i]);
-        let v2: [f64; N] = std::array::from_fn(|i| numbers.moves * (v2[i] + a2 * delay[i]));
-        let constant = Dual::<N>::constant;
+        let before = [
+            std::array::from_fn(|i| x1[i] + r1 * delay[i]),
+            std::array::from_fn(|i| v1[i] + a1 * delay[i]),
+            std::array::from_fn(|i| numbers.moves * (v2[i] + a2 * delay[i])),
+        ];
+        let numbers = [numbers.mass_ratio, numbers.friction].map(Dual::constant);
+        (self.contact_of(&before, numbers, side), before[0], delay)
+    }
+
+    /// The contact with mbar and mu, from derivatives of x1, x1' and x2' before the impact, at its own time.
+    #[inline(always)]
+    fn contact_of<const N: usize>(
+        &self,
+        [x1, v1, v2]: &[[f64; N]; 3],
+        [mass_ratio, friction]: [Dual<N>; 2],
+        side: f64,
+    ) -> ContactCoordinates<Dual<N>> {
+        let Self { angle, turns, rates, .. } = *self;
+        let [r1, r2] = rates.velocities;
         let by_angle = |value: f64, rate: f64| {
             let slope = std::array::from_fn(|i| rate * x1[i]);
-            if turns { Dual { value, slope } } else { constant(value) }
+            if turns { Dual { value, slope } } else { Dual::constant(value) }
         };
-        let contact = ContactCoordinates::at_tip(
+        ContactCoordinates::at_tip(
             (by_angle(angle.sin, angle.cos), by_angle(angle.cos, -angle.sin)),
-            (Dual { value: r1, slope: v1 }, Dual { value: r2, slope: v2 }),
-            constant(numbers.mass_ratio),
-            constant(numbers.friction),
+            (Dual { value: r1, slope: *v1 }, Dual { value: r2, slope: *v2 }),
+            mass_ratio,
+            friction,
             side,
-        );
-        (contact, x1, delay)
+        )
     }
 
     /// r, with its derivatives by the approach velocity.
@@ -195,27 +209,22 @@ impl ImpactPoint {
 }
 
 impl ImpactPoint {
-    /// Derivatives of x1' and x2' after an impact in this regime by those before it and by the numbers of
-    /// the contact: x1, x1', x2', then mbar, mu and r.
-    pub fn by_all(&self, law: ImpactLaw, kind: RegimeKind, signs: Signs) -> [[f64; 6]; 2] {
-        let Self { angle, turns, rates, numbers, .. } = *self;
-        let along = |value: f64, direction: usize, rate: f64| {
-            let mut number = Dual::<6>::variable(value, direction);
-            number.slope[direction] = rate;
-            number
-        };
-        let turning = f64::from(u8::from(turns));
-        let [v1, v2] = rates.velocities;
-        let contact = ContactCoordinates::at_tip(
-            (along(angle.sin, 0, turning * angle.cos), along(angle.cos, 0, -turning * angle.sin)),
-            (along(v1, 1, 1.0), along(v2, 2, 1.0)),
-            along(numbers.mass_ratio, 3, 1.0),
-            along(numbers.friction, 4, 1.0),
-            signs.side.value(),
-        );
-        let restitution = self.restitution(&contact) + along(0.0, 5, 1.0);
-        let law = (restitution, &law);
-        let (_, end) = regime_path(&contact, law, kind, signs.direction.value());
+    /// Derivatives of x1' and x2' after an impact in this regime, from those of x1, x1' and x2' before it, at
+    /// its own time, and of mbar, mu and r.
+    #[inline(always)]
+    pub fn after<const N: usize>(
+        &self,
+        before: &[[f64; N]; 3],
+        [mass_ratio, friction, restitution]: [[f64; N]; 3],
+        law: ImpactLaw,
+        (kind, signs): (RegimeKind, Signs),
+    ) -> [[f64; N]; 2] {
+        let number = |value: f64, slope: [f64; N]| Dual { value, slope };
+        let Numbers { mass_ratio: m, friction: mu, .. } = self.numbers;
+        let numbers = [number(m, mass_ratio), number(mu, friction)];
+        let contact = self.contact_of(before, numbers, signs.side.value());
+        let r = self.restitution(&contact) + number(0.0, restitution);
+        let (_, end) = regime_path(&contact, (r, &law), kind, signs.direction.value());
         [end.slip.slope, end.parting.slope]
     }
 }

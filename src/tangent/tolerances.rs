@@ -54,6 +54,9 @@ pub const SLIDE_SAMPLES: usize = 12;
 /// motion: the terms of longer ones would cancel.
 pub const LONGEST_STEP: f64 = 2.0;
 
+/// The same of those that end a flight of whole steps in powers of two.
+pub const LONGEST_SERIES: f64 = 0.5;
+
 /// Where these series end: the bound of a term, relative to the first one.
 pub const LEAST_TERM: f64 = 1e-21;
 
@@ -64,6 +67,10 @@ pub const MOST_STEPS: f64 = 1_000_000.0;
 /// An impact or a chatter lies on a border where what vanishes there is no larger than this part of the
 /// numbers it is computed from: some roundings.
 pub const AT_BORDER: f64 = 64.0 * f64::EPSILON;
+
+/// Chatter ends near its onset with a contact force below this part of the forces it is the difference of.
+/// It falls as the root of the distance from the onset: numbers that differ by some 1e-6 take it away.
+pub const NEAR_ONSET: f64 = 1e-3;
 
 /// Times of impacts of one motion agree to this part: what is more is another motion, from another start.
 pub const SAME_TIME: f64 = 1e-9;

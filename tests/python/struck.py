@@ -56,6 +56,22 @@ MIRRORED = vi.Structure(
 REST = {1: np.zeros((2, 1)), 2: np.zeros((2, 2)), 3: np.zeros((2, 3))}
 
 
+def onset_between(low, high, run):
+    """Where complete chatter ends to be: the last number below with it, and the next one above.
+
+    ``run(x)`` has chatter at ``low``, and none at ``high``.
+    """
+
+    def chatters(x):
+        return (run(x).contacts["kind"] == vi.EventKind.CHATTER).any()
+
+    assert chatters(low)
+    assert not chatters(high)
+    while low < (middle := (low + high) / 2) < high:
+        low, high = (middle, high) if chatters(middle) else (low, middle)
+    return low, high
+
+
 @cache
 def moving_run() -> vi.StructureRun:
     """A run with impacts on both stops and rest on one."""

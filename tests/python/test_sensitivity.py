@@ -9,6 +9,7 @@ import vibroimpact as vi
 from ctrl_c import asks_of, ctrl_c_at
 from references import reference, scene_initial, scene_system
 from small_results import START, run
+from struck import onset_between
 from systems import PAPER
 from vibroimpact._core import PARAMETERS
 from vibroimpact.system import SYMBOLS
@@ -234,6 +235,36 @@ def test_contact_that_begins_without_force_is_marked(load, why):
     of = vi.simulate(wall, initial=(0, 1, 0, 0), time=2)
     assert len(of.contacts) == 1
     assert reasons(of) == why
+
+
+def test_chatter_near_its_onset_is_marked():
+    # A ball on a table, to which a force cos t presses it: from high enough it still bounces at
+    # pi/2, when nothing presses any more.
+    table = vi.System(
+        mass_ratio=0,
+        frequency_ratio=0,
+        restitution=0.5,
+        gap=0,
+        drive_frequency=1,
+        moment_amplitude=1,
+        contact="direct",
+    )
+
+    def fallen(height):
+        return vi.simulate(table, initial=(-height, 0, 0, 0), time=1.8)
+
+    low, high = onset_between(0.01, 0.1, fallen)
+    assert high - low < 1e-15
+    near, far = fallen(low * (1 - 1e-9)), fallen(low * (1 - 1e-3))
+    for of in (near, far):
+        assert of.contacts["kind"][0] == vi.EventKind.CHATTER
+    # The force falls as the root of the distance from the onset.
+    assert 0 < near.contacts["normal_force"][0] < 1e-5 < 1e-2 < far.contacts["normal_force"][0]
+    (mark,) = near.sensitivity("gap").one_sided
+    assert mark.reason == "chatter_onset"
+    assert near.events[mark.index]["kind"] == vi.EventKind.CHATTER
+    assert mark.time == near.contacts["time"][0]
+    assert reasons(far) == []
 
 
 @pytest.mark.parametrize("omega", [0.3, 0.7, 1.0, 1.1, 1.7, 1.8, 2.2, 2.9, 7.3])

@@ -10,7 +10,16 @@ import vibroimpact as vi
 from ctrl_c import asks_of, ctrl_c_at
 from random_structures import FAMILIES
 from references import case_structure, reference
-from struck import BEAM, MOVING, PRESSED, REST, SETTLING, masses_run, pressed_run
+from struck import (
+    BEAM,
+    MOVING,
+    PRESSED,
+    REST,
+    SETTLING,
+    masses_run,
+    onset_between,
+    pressed_run,
+)
 
 SCENES = reference("structure_sensitivity_reference.json")
 TIMES = np.linspace(0.05, 0.95, 7)
@@ -382,6 +391,27 @@ def test_a_stop_that_closes_without_force_is_marked():
         closes = run.contacts["kind"] == vi.EventKind.CLOSED
         assert closes.any() or not reasons
         assert [mark.reason for mark in found.one_sided] == reasons
+
+
+def test_chatter_near_its_onset_is_marked():
+    # A ball on a table that presses on it with cos t, until pi/2.
+    table = vi.Structure(
+        [[1]], [[0]], [vi.Stop([1], 0.0, 0.5)], drive_amplitude=[1], drive_frequency=1
+    )
+
+    def fallen(height):
+        return vi.simulate(table, initial=[[-height], [0]], time=1.8)
+
+    low, high = onset_between(0.01, 0.1, fallen)
+    assert high - low < 1e-15
+    near, far = (fallen(low * (1 - part)) for part in (1e-5, 1e-3))
+    (mark,) = near.sensitivity("gap").one_sided
+    assert mark.reason == "chatter_onset"
+    assert near.events[mark.index]["kind"] == vi.EventKind.CLOSED
+    assert far.sensitivity("gap").one_sided == ()
+    # Nearer to it the limit of its derivatives is lost in rounding.
+    with pytest.raises(vi.SimulationError, match="chatter"):
+        fallen(low * (1 - 1e-9)).sensitivity("gap")
 
 
 @pytest.mark.parametrize("omega", [0.3, 0.7, 1.0, 1.1, 1.7, 1.8, 2.2, 2.9, 7.3])

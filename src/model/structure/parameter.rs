@@ -4,7 +4,7 @@ use super::{Stop, Structure};
 use crate::model::error::ParameterError;
 use crate::model::restitution::RestitutionCurve;
 
-pub(super) const KNOWN: &str = "one of drive_frequency, phase; gap, restitution, friction of all stops, or of \
+const KNOWN: &str = "one of drive_frequency, phase; gap, restitution, friction of all stops, or of \
                      one of them, gap_0 ...; where the restitution is a curve, its numbers, r_1, \
                      r_low ... of all stops that have it, or of one, r_1_0, r_low_0 ...";
 
@@ -26,6 +26,34 @@ pub enum StructureParameter {
     OfCurve(&'static str, Option<usize>),
 }
 
+/// Why a name is that of no number.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Misnamed {
+    /// There is no such number.
+    Unknown,
+    /// There is no such stop.
+    Stop,
+    /// The stops have another restitution; what they have.
+    Restitution(String),
+}
+
+impl Misnamed {
+    /// The error of a parameter that holds the name; `known`: the names that there are.
+    pub fn error(
+        self,
+        parameter: &'static str,
+        name: &str,
+        (known, stops): (&'static str, usize),
+    ) -> ParameterError {
+        let allowed = match self {
+            Self::Unknown => known.to_owned(),
+            Self::Stop => format!("that of one of {stops} stops"),
+            Self::Restitution(allowed) => allowed,
+        };
+        ParameterError::new(parameter, name, allowed)
+    }
+}
+
 impl StructureParameter {
     /// The parameter of this name, of a structure with so many stops.
     ///
@@ -41,18 +69,22 @@ impl StructureParameter {
     /// # Ok::<(), vibroimpact::ParameterError>(())
     /// ```
     pub fn from_name(name: &str, stops: usize) -> Result<Self, ParameterError> {
+        Self::named(name, stops).map_err(|why| why.error("name", name, (KNOWN, stops)))
+    }
+
+    /// The same; why there is none.
+    pub(super) fn named(name: &str, stops: usize) -> Result<Self, Misnamed> {
         match name {
             "drive_frequency" => return Ok(Self::DriveFrequency),
             "phase" => return Ok(Self::Phase),
             _ => {}
         }
-        let unknown = || ParameterError::new("name", name.to_owned(), KNOWN);
         if let Some(number) = RestitutionCurve::known(name) {
             return Ok(Self::OfCurve(number, None));
         }
         let (number, place) = match name.rsplit_once('_') {
             Some((number, digits)) if digits.bytes().all(|byte| byte.is_ascii_digit()) => {
-                (number, Some(digits.parse::<usize>().map_err(|_| unknown())?))
+                (number, Some(digits.parse::<usize>().map_err(|_| Misnamed::Unknown)?))
             }
             _ => (name, None),
         };
@@ -62,12 +94,11 @@ impl StructureParameter {
             "friction" => Self::Friction(place),
             _ => {
                 let number = RestitutionCurve::known(number).filter(|_| place.is_some());
-                Self::OfCurve(number.ok_or_else(unknown)?, place)
+                Self::OfCurve(number.ok_or(Misnamed::Unknown)?, place)
             }
         };
         if place.is_some_and(|place| place >= stops) {
-            let allowed = format!("that of one of {stops} stops");
-            return Err(ParameterError::new("name", name.to_owned(), allowed));
+            return Err(Misnamed::Stop);
         }
         Ok(found)
     }
@@ -92,8 +123,14 @@ impl Structure {
     /// [`ParameterError`] if it has none: `restitution` is one of stops where it is a number, the
     /// numbers of a curve of stops where it is that curve.
     pub fn parameter(&self, name: &str) -> Result<StructureParameter, ParameterError> {
+        let stops = self.stops().len();
+        self.named(name).map_err(|why| why.error("name", name, (KNOWN, stops)))
+    }
+
+    /// The same; why it has none.
+    pub(super) fn named(&self, name: &str) -> Result<StructureParameter, Misnamed> {
         let stops = self.stops();
-        let parameter = StructureParameter::from_name(name, stops.len())?;
+        let parameter = StructureParameter::named(name, stops.len())?;
         let mut of = match parameter.stop() {
             Some(stop) => stops[stop..=stop].iter(),
             None => stops.iter(),
@@ -105,14 +142,14 @@ impl Structure {
                 };
                 let names = curve.names().join(", ");
                 let allowed = format!("the numbers of the restitution curve of a stop: {names}");
-                Err(ParameterError::new("name", name.to_owned(), allowed))
+                Err(Misnamed::Restitution(allowed))
             }
             StructureParameter::OfCurve(number, _) => {
                 if of.any(|stop| stop.coefficient().place_of(number).is_some()) {
                     return Ok(parameter);
                 }
                 let allowed = "that of a stop whose restitution is a curve with this number";
-                Err(ParameterError::new("name", name.to_owned(), allowed))
+                Err(Misnamed::Restitution(allowed.to_owned()))
             }
             _ => Ok(parameter),
         }

@@ -4,7 +4,6 @@
 use nalgebra::{Complex, DMatrix};
 
 use super::damping::Damping;
-use super::parameter::KNOWN as KNOWN_NUMBERS;
 use super::{Stop, Structure, StructureParameter, StructureState, checked_matrix, checked_vector};
 use crate::model::error::ParameterError;
 use crate::model::restitution::{MOST_NUMBERS, RestitutionCurve};
@@ -116,12 +115,10 @@ impl Variation {
             (if of_rate { &mut start.v } else { &mut start.q })[place] = 1.0;
             return Ok(Self { start: Some(start), ..Self::default() });
         }
-        let parameter = structure.parameter(name).map_err(|error| {
-            let unknown = error.allowed == KNOWN_NUMBERS;
-            let allowed = if unknown { KNOWN.to_owned() } else { error.allowed.to_string() };
-            ParameterError::new("names", name, allowed)
-        })?;
-        Ok(Self::of(parameter, structure))
+        structure.named(name).map(|parameter| Self::of(parameter, structure)).map_err(|why| {
+            let stops = structure.stops().len();
+            why.error("names", name, (KNOWN, stops))
+        })
     }
 
     /// By one of the numbers that a structure is varied by.

@@ -1,7 +1,10 @@
 //! What a run is differentiated by.
 
+use smallvec::SmallVec;
+
 use crate::model::error::ParameterError;
 use crate::model::parameters::{Contact, System};
+use crate::tangent::equation::Coefficient;
 
 /// A number that a run depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,35 +76,28 @@ impl By {
     }
 }
 
-/// Which derivatives of a flight are needed of a body.
-#[derive(Debug, Clone, Copy, Default)]
-#[allow(clippy::struct_excessive_bools)] // any of them may be needed without the others
-pub(super) struct Needs {
-    pub drive: bool,
-    pub constant: bool,
-    pub phase: bool,
-    pub equation: bool,
-}
-
-impl Needs {
-    /// Of pendulum and oscillator.
-    pub fn of(all: &[By], system: &System) -> [Self; 2] {
-        let has = |by: By| all.contains(&by);
-        let turned = has(By::DriveFrequency);
-        let pendulum = Self {
-            drive: has(By::MomentAmplitude),
-            constant: has(By::StaticMoment),
-            phase: (turned || has(By::Phase)) && system.moment_amplitude != 0.0,
-            equation: has(By::FrequencyRatio)
-                || has(By::PendulumDamping)
-                || (turned && system.moment_amplitude != 0.0),
-        };
-        let oscillator = Self {
-            drive: has(By::ForceAmplitude),
-            constant: has(By::StaticForce),
-            phase: (turned || has(By::Phase)) && system.force_amplitude != 0.0,
-            equation: has(By::OscillatorDamping) || (turned && system.force_amplitude != 0.0),
-        };
-        [pendulum, oscillator]
-    }
+/// By which coefficients of the equations of pendulum and oscillator flights must be differentiated.
+pub(super) fn coefficients(all: &[By], system: &System) -> [SmallVec<[Coefficient; 6]>; 2] {
+    let has = |by: By| all.contains(&by);
+    let turned = has(By::DriveFrequency);
+    let (moment, force) = (system.moment_amplitude != 0.0, system.force_amplitude != 0.0);
+    let pendulum = [
+        (Coefficient::Natural, has(By::FrequencyRatio)),
+        (Coefficient::Damping, has(By::PendulumDamping)),
+        (Coefficient::Omega, turned && moment),
+        (Coefficient::Phase, (turned || has(By::Phase)) && moment),
+        (Coefficient::Amplitude, has(By::MomentAmplitude)),
+        (Coefficient::Constant, has(By::StaticMoment)),
+    ];
+    let oscillator = [
+        (Coefficient::Damping, has(By::OscillatorDamping)),
+        (Coefficient::Omega, turned && force),
+        (Coefficient::Phase, (turned || has(By::Phase)) && force),
+        (Coefficient::Amplitude, has(By::ForceAmplitude)),
+        (Coefficient::Constant, has(By::StaticForce)),
+    ];
+    let wanted = |of: &[(Coefficient, bool)]| {
+        of.iter().filter_map(|&(coefficient, wanted)| wanted.then_some(coefficient)).collect()
+    };
+    [wanted(&pendulum), wanted(&oscillator)]
 }

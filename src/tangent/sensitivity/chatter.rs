@@ -50,7 +50,7 @@ impl Differentiated {
         let anchor = Anchor::after_impact(start.clock, start.state);
         for event in impacts_hop_by_hop(&self.system, anchor, clock) {
             let Event::Impact(impact) = event else { continue };
-            here = self.strike(&here, &impact)?.1;
+            self.strike(&mut here, &impact, impact.clock)?;
             let kind = impact.impact.regime.kind();
             if matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution) {
                 return Ok(None);

@@ -4,20 +4,24 @@
 //! period, and (x1, x1', x2', x2) between events, at a fixed time in a fixed period. Flights and
 //! impacts map them like perturbations, and add what a parameter changes by itself.
 
+#![allow(clippy::inline_always)] // one of them for each impact of a motion that is followed
+
+use pulp::NullaryFnOnce;
 use smallvec::SmallVec;
 
-use super::by::{By, Needs};
+use super::by::{By, coefficients};
 use super::error::SensitivityError;
-use crate::flight::FreeMotion;
+use crate::flight::{FreeMotion, Trig};
 use crate::impact::{RegimeKind, resolve};
 use crate::model::angle::Angle;
 use crate::model::contact_coordinates::PreImpact;
 use crate::model::parameters::{Contact, System};
 use crate::model::state::{Clock, State};
 use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::lanes::narrow;
 use crate::simulate::event::ImpactEvent;
 use crate::tangent::Model;
-use crate::tangent::equation::{ByEquation, Loads, by_equation, by_phase};
+use crate::tangent::equation::{ByEquation, Coefficient, Steps, by_phase};
 use crate::tangent::itinerary::{Leg, Signs};
 use crate::tangent::strike::{Departure, ImpactPoint, Numbers, Rates};
 use crate::tangent::tolerances::SHORT_HOP;
@@ -36,8 +40,8 @@ pub(super) struct Differentiated {
     pub model: Model,
     pub by: Vec<By>,
     pub names: Vec<String>,
-    needs: [Needs; 2],
-    loads: [Option<Loads>; 2],
+    /// Of pendulum and oscillator.
+    steps: [Steps; 2],
     /// The fastest rate at which anything turns or decays.
     pub(super) fastest: f64,
 }
@@ -47,33 +51,25 @@ pub(super) struct Differentiated {
 pub(super) struct Here {
     pub state: State,
     pub clock: Clock,
+    /// Of the drive.
+    pub trig: Trig,
     /// The flight that begins here, after an event or between two.
     pub departure: Departure,
     pub columns: Columns,
 }
 
 /// What a flight adds to the derivatives of both bodies.
-#[derive(Default)]
-struct Added {
-    drive: [[f64; 2]; 2],
-    constant: [[f64; 2]; 2],
-    phase: [[f64; 2]; 2],
-    equation: [ByEquation; 2],
-}
+type Added = [ByEquation; 2];
 
 impl Differentiated {
     pub fn new(system: &System, by: Vec<By>, names: Vec<String>) -> Self {
         let model = Model::new(system, &[], false);
-        let needs = Needs::of(&by, system);
         let bodies = [system.pendulum(), system.oscillator()];
-        let loads = [0, 1].map(|i| {
-            let needs: Needs = needs[i];
-            let wanted = needs.drive || needs.constant;
-            wanted.then(|| Loads::new(&bodies[i], system.drive_frequency, model.motion.span))
-        });
+        let wanted = coefficients(&by, system);
+        let steps = [0, 1].map(|i| Steps::new(&bodies[i], system.drive_frequency, &wanted[i]));
         let [pendulum, oscillator] = bodies.map(|body| body.fastest_rate());
         let fastest = system.drive_frequency.max(pendulum).max(oscillator);
-        Self { system: system.clone(), model, by, names, needs, loads, fastest }
+        Self { system: system.clone(), model, by, names, steps, fastest }
     }
 
     /// d(2 pi/omega)/d omega; 0 of a drive that stands still, of which no periods are counted.
@@ -87,13 +83,13 @@ impl Differentiated {
         let column = |by: &By| std::array::from_fn(|i| f64::from(u8::from(*by == By::Start(i))));
         let columns = self.by.iter().map(column).collect();
         let departure = Departure::new(&self.model, &state, clock, false);
-        Here { state, clock, departure, columns }
+        Here { state, clock, trig: self.model.trig(clock), departure, columns }
     }
 
     /// After an event that leaves this state.
     pub fn event(&self, columns: Columns, clock: Clock, state: State) -> Here {
         let departure = Departure::new(&self.model, &state, clock, true);
-        Here { state, clock, departure, columns }
+        Here { state, clock, trig: self.model.trig(clock), departure, columns }
     }
 
     /// The state at an instant of the flight from here.
@@ -103,41 +99,71 @@ impl Differentiated {
         motion.state_after(&motion.flight(here.clock, here.state), elapsed)
     }
 
+    /// Derivatives of the state at a fixed instant of the flight from here, and its rates there, where a
+    /// column looks at them; `known`: the state there.
+    pub fn at(
+        &self,
+        here: &Here,
+        clock: Clock,
+        known: Option<&State>,
+    ) -> Result<(Columns, Column), SensitivityError> {
+        let mut rates = Rates::default();
+        if self.by.contains(&By::DriveFrequency) {
+            let state = known.copied().unwrap_or_else(|| self.state_at(here, clock));
+            rates = self.rates(&state, clock);
+        }
+        let columns = narrow(Flown { of: self, here, clock, rates: &rates })?;
+        let ([v1, v2], [a1, a2]) = (rates.velocities, rates.accelerations);
+        Ok((columns, [v1, a1, a2, v2]))
+    }
+
     /// How fast a free motion changes in this state.
     pub fn rates(&self, state: &State, clock: Clock) -> Rates {
-        let FreeMotion { drive, pendulum, oscillator, .. } = &self.model.motion;
-        Rates::at(state, drive.trig_at(clock).cos, (&pendulum.equation, &oscillator.equation))
+        self.rates_at(state, self.model.motion.drive.trig_at(clock).cos)
+    }
+
+    #[inline(always)]
+    fn rates_at(&self, state: &State, cos_psi: f64) -> Rates {
+        let FreeMotion { pendulum, oscillator, .. } = &self.model.motion;
+        Rates::at(state, cos_psi, (&pendulum.equation, &oscillator.equation))
     }
 
     /// The derivatives of the state at a fixed instant of the flight from here, in which it has these
     /// rates.
-    pub fn flown(
-        &self,
-        here: &Here,
-        clock: Clock,
-        rates: &Rates,
-    ) -> Result<Columns, SensitivityError> {
+    #[inline(always)]
+    fn flown(&self, here: &Here, clock: Clock, rates: &Rates) -> Result<Columns, SensitivityError> {
         let drive = &self.model.motion.drive;
         let time = drive.roughly_until(here.clock, clock);
-        let transitions = self.model.motion.transitions(time);
+        let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] =
+            self.model.motion.transitions(time);
         let added = self.added(here, time)?;
-        let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] = transitions;
         let ([r1, r2], [a1, a2]) = (rates.velocities, rates.accelerations);
-        let columns = here.columns.iter().zip(&self.by).map(|(column, &by)| {
+        let mut columns = Columns::from_slice(&here.columns);
+        for (column, &by) in columns.iter_mut().zip(&self.by) {
             let [x1, v1, v2, x2] = Self::fixed(here, column, by);
-            let [a, b, c, d] = Self::of(by, &added, here.clock);
-            let later = self.later(by, here.clock, clock);
-            [
-                xx1 * x1 + xv1 * v1 + (a + r1 * later),
-                vx1 * x1 + vv1 * v1 + (b + a1 * later),
-                vx2 * x2 + vv2 * v2 + (c + a2 * later),
-                xx2 * x2 + xv2 * v2 + (d + r2 * later),
-            ]
-        });
-        Ok(columns.collect())
+            *column = [
+                xx1 * x1 + xv1 * v1,
+                vx1 * x1 + vv1 * v1,
+                vx2 * x2 + vv2 * v2,
+                xx2 * x2 + xv2 * v2,
+            ];
+            if let Some(added) = &added {
+                for (x, own) in column.iter_mut().zip(Self::of(by, added, here.clock)) {
+                    *x += own;
+                }
+            }
+            if by == By::DriveFrequency {
+                let later = self.later(by, here.clock, clock);
+                for (x, rate) in column.iter_mut().zip([r1, a1, a2, r2]) {
+                    *x += rate * later;
+                }
+            }
+        }
+        Ok(columns)
     }
 
     /// At a fixed time: an event that comes later leaves the flight behind.
+    #[inline(always)]
     fn fixed(here: &Here, column: &Column, by: By) -> Column {
         let Departure { rates, slope, .. } = &here.departure;
         let Some(slope) = slope else { return *column };
@@ -147,63 +173,54 @@ impl Differentiated {
         [x1 - r1 * dt, v1 - a1 * dt, v2 - a2 * dt, x2 - r2 * dt]
     }
 
-    /// What the flight from here adds.
-    fn added(&self, here: &Here, time: f64) -> Result<Added, SensitivityError> {
-        let FreeMotion { drive, pendulum, oscillator, .. } = &self.model.motion;
-        let mut added = Added::default();
-        let needs = |of: fn(&Needs) -> bool| self.needs.iter().any(of);
-        if !needs(|n| n.drive || n.constant || n.phase || n.equation) {
-            return Ok(added);
+    /// What the flight from here adds, if it does.
+    #[inline(always)]
+    fn added(&self, here: &Here, time: f64) -> Result<Option<Added>, SensitivityError> {
+        let [pendulum, oscillator] = &self.steps;
+        if pendulum.is_idle() && oscillator.is_idle() {
+            return Ok(None);
         }
-        let start = self.model.trig(here.clock);
-        let elapsed = DoubleDouble::new(time);
         let State { x1, v1, x2, v2 } = here.state;
-        let bodies = [
-            (self.system.pendulum(), pendulum, (x1, v1)),
-            (self.system.oscillator(), oscillator, (x2, v2)),
-        ];
-        for (i, (body, oscillator, state)) in bodies.into_iter().enumerate() {
-            let needs = self.needs[i];
-            if let Some(loads) = &self.loads[i] {
-                if needs.drive {
-                    added.drive[i] = loads.driven(elapsed, &drive.turned_far(start, elapsed));
-                }
-                if needs.constant {
-                    added.constant[i] = loads.loaded(elapsed);
-                }
-            }
-            if needs.phase {
-                added.phase[i] = by_phase(oscillator, drive, start, elapsed);
-            }
-            if needs.equation {
-                let found = by_equation(&body, drive.omega, (state, start), time);
-                let time = drive.time(here.clock);
-                added.equation[i] = found.ok_or(SensitivityError::Damping { time })?;
-            }
-        }
-        Ok(added)
+        let found = (
+            pendulum.after((x1, v1), here.trig, time),
+            oscillator.after((x2, v2), here.trig, time),
+        );
+        let (Some(first), Some(second)) = found else {
+            let time = self.model.motion.drive.time(here.clock);
+            return Err(SensitivityError::Damping { time });
+        };
+        Ok(Some([first, second]))
     }
 
     /// What a flight between two instants adds to the derivatives by one number, at a fixed time after its
     /// start.
-    fn of(by: By, added: &Added, from: Clock) -> Column {
-        let first = |[x, v]: [f64; 2]| [x, v, 0.0, 0.0];
-        let second = |[x, v]: [f64; 2]| [0.0, 0.0, v, x];
-        let both = |[[x1, v1], [x2, v2]]: [[f64; 2]; 2]| [x1, v1, v2, x2];
+    #[inline(always)]
+    fn of(by: By, [pendulum, oscillator]: &Added, from: Clock) -> Column {
+        let first = |of: Coefficient| {
+            let [x, v] = pendulum.of(of);
+            [x, v, 0.0, 0.0]
+        };
+        let second = |of: Coefficient| {
+            let [x, v] = oscillator.of(of);
+            [0.0, 0.0, v, x]
+        };
+        let both = |of: Coefficient| {
+            let ([x1, v1], [x2, v2]) = (pendulum.of(of), oscillator.of(of));
+            [x1, v1, v2, x2]
+        };
         match by {
-            By::FrequencyRatio => first(added.equation[0].natural),
-            By::PendulumDamping => first(added.equation[0].damping),
-            By::OscillatorDamping => second(added.equation[1].damping),
-            By::MomentAmplitude => first(added.drive[0]),
-            By::ForceAmplitude => second(added.drive[1]),
-            By::StaticMoment => first(added.constant[0]),
-            By::StaticForce => second(added.constant[1]),
-            By::Phase => both(added.phase),
+            By::FrequencyRatio => first(Coefficient::Natural),
+            By::PendulumDamping => first(Coefficient::Damping),
+            By::OscillatorDamping => second(Coefficient::Damping),
+            By::MomentAmplitude => first(Coefficient::Amplitude),
+            By::ForceAmplitude => second(Coefficient::Amplitude),
+            By::StaticMoment => first(Coefficient::Constant),
+            By::StaticForce => second(Coefficient::Constant),
+            By::Phase => both(Coefficient::Phase),
             By::DriveFrequency => {
                 // The phase of a time within a period, and the drive in the flight.
-                let ahead = both(added.phase).map(|x| from.time_in_period * x);
-                let turned = both(added.equation.map(|equation| equation.omega));
-                std::array::from_fn(|i| ahead[i] + turned[i])
+                let (ahead, turned) = (both(Coefficient::Phase), both(Coefficient::Omega));
+                std::array::from_fn(|i| from.time_in_period * ahead[i] + turned[i])
             }
             By::MassRatio
             | By::Restitution
@@ -215,6 +232,7 @@ impl Differentiated {
     }
 
     /// By how much an instant in another drive period comes later in time.
+    #[inline(always)]
     pub fn later(&self, by: By, from: Clock, to: Clock) -> f64 {
         match (by, to.period - from.period) {
             (By::DriveFrequency, periods) if periods != 0 => periods as f64 * self.period_rate(),
@@ -224,23 +242,24 @@ impl Differentiated {
 
     /// Derivatives at the end of the flight from here to an impact, at the impact's own time, and the
     /// delay of that.
+    #[inline(always)]
     fn met(
         &self,
         here: &Here,
-        impact: &ImpactEvent,
+        (impact, clock): (&ImpactEvent, Clock),
         rates: &Rates,
         angle: Angle,
     ) -> Result<Columns, SensitivityError> {
-        let drive = &self.model.motion.drive;
-        let time = drive.roughly_until(here.clock, impact.clock);
-        let per_approach = 1.0 / impact.impact.approach_velocity;
-        let ([r1, _], [a1, a2]) = (rates.velocities, rates.accelerations);
+        let time = self.model.motion.drive.roughly_until(here.clock, clock);
+        let approach = impact.impact.approach_velocity;
         if let Some(slope) = here.departure.slope
             && time * self.fastest < SHORT_HOP
         {
-            return self.hopped(here, impact, rates, (slope, time));
+            return self.hopped(here, (clock, approach), rates, (slope, time));
         }
-        let mut columns = self.flown(here, impact.clock, rates)?;
+        let per_approach = 1.0 / approach;
+        let ([r1, _], [a1, a2]) = (rates.velocities, rates.accelerations);
+        let mut columns = self.flown(here, clock, rates)?;
         for (column, &by) in columns.iter_mut().zip(&self.by) {
             let [x1, v1, v2, x2] = *column;
             let delay = (x2 + moves_stop(by) - angle.cos * x1) * per_approach;
@@ -252,17 +271,18 @@ impl Differentiated {
     /// As [`Self::met`], after a short flight from the contact. What the two bodies move alike would
     /// leave its rounding, over a low approach velocity, in the time of the impact: the gap is
     /// differentiated by what changes in it since the last event, at a fixed time after that.
+    #[inline(never)]
     fn hopped(
         &self,
         here: &Here,
-        impact: &ImpactEvent,
+        (clock, approach_velocity): (Clock, f64),
         rates: &Rates,
         (slope, time): (f64, f64),
     ) -> Result<Columns, SensitivityError> {
         let FreeMotion { drive, pendulum, oscillator, .. } = &self.model.motion;
         let elapsed = DoubleDouble::new(time);
         let added = self.added(here, time)?;
-        let start = self.model.trig(here.clock);
+        let start = here.trig;
         let by_time = [pendulum, oscillator]
             .map(|body| by_phase(body, drive, start, elapsed).map(|x| drive.omega * x));
         let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] =
@@ -277,69 +297,104 @@ impl Differentiated {
             }
         };
         let ([r1, _], [a1, a2]) = (rates.velocities, rates.accelerations);
-        let per_approach = 1.0 / impact.impact.approach_velocity;
+        let per_approach = 1.0 / approach_velocity;
         let columns = here.columns.iter().zip(&self.by).map(|(&[x1, v1, v2, dt], &by)| {
             let x2 = slope * x1 - moves_stop(by);
-            let [a, b, c, d] = Self::of(by, &added, here.clock);
+            let [a, b, c, d] =
+                added.as_ref().map_or([0.0; 4], |added| Self::of(by, added, here.clock));
             let moved = xx1 * x1 + xv1 * v1 + a + by_time[0][0] * dt;
             let other = xx2 * x2 + xv2 * v2 + d + by_time[1][0] * dt;
             let x1 = x1 + moved;
             let v1 = v1 + (vx1 * (x1 - moved) + vv1 * v1 + b + by_time[0][1] * dt);
             let v2 = v2 + (vx2 * x2 + vv2 * v2 + c + by_time[1][1] * dt);
             let longer = -(slope * moved - other + turned * x1) * per_approach;
-            let delay = dt + longer - self.later(by, here.clock, impact.clock);
+            let delay = dt + longer - self.later(by, here.clock, clock);
             [x1 + r1 * longer, v1 + a1 * longer, v2 + a2 * longer, delay]
         });
         Ok(columns.collect())
     }
 
-    /// The derivatives just before the impact that ends the flight from here, at its time, and those after
-    /// it.
+    /// From an event to the impact at this clock that ends the flight from there; the derivatives just
+    /// before it, at its own time.
     pub fn strike(
         &self,
-        here: &Here,
+        here: &mut Here,
         impact: &ImpactEvent,
-    ) -> Result<(Columns, Here), SensitivityError> {
+        clock: Clock,
+    ) -> Result<Columns, SensitivityError> {
+        narrow(Struck { of: self, here, impact, clock })
+    }
+
+    #[inline(always)]
+    fn struck(
+        &self,
+        here: &mut Here,
+        impact: &ImpactEvent,
+        clock: Clock,
+    ) -> Result<Columns, SensitivityError> {
         let system = &self.system;
-        let before = self.rates(&impact.pre, impact.clock);
+        let approach_velocity = impact.impact.approach_velocity;
+        let trig = self.model.trig(clock);
+        let before = self.rates_at(&impact.pre, trig.cos);
         let angle = system.contact.angle(impact.pre.x1);
-        let columns = self.met(here, impact, &before, angle)?;
+        let columns = self.met(here, (impact, clock), &before, angle)?;
         let point = ImpactPoint {
             angle,
             turns: system.contact == Contact::Oblique,
             rates: before,
-            approach_velocity: impact.impact.approach_velocity,
+            approach_velocity,
             numbers: Numbers {
                 mass_ratio: system.mass_ratio,
                 friction: system.friction,
-                restitution: system.coefficient().with_slope(impact.impact.approach_velocity),
+                restitution: system.coefficient().with_slope(approach_velocity),
                 moves: 1.0,
             },
         };
-        let (kind, signs) = self.regime(impact);
-        let [by_slip, by_parting] = point.by_all(system.law, kind, signs);
-        let u = impact.impact.approach_velocity;
-        let by_curve = |place| system.coefficient().by_number(u, place);
-        let mut after_it = Columns::with_capacity(columns.len());
-        for (&[x1, v1, v2, delay], &by) in columns.iter().zip(&self.by) {
-            let after = |row: &[f64; 6]| {
-                let direct = match by {
-                    By::MassRatio => row[3],
-                    By::Friction => row[4],
-                    By::Restitution => row[5],
-                    By::OfCurve(place) => row[5] * by_curve(place),
-                    _ => 0.0,
-                };
-                row[0] * x1 + row[1] * v1 + row[2] * v2 + direct
-            };
-            after_it.push([x1, after(&by_slip), after(&by_parting), delay]);
+        let regime = self.regime(impact);
+        let after = &mut here.columns;
+        match columns.len() {
+            1 => self.after_it::<1>(&point, (&columns, after), regime),
+            2 => self.after_it::<2>(&point, (&columns, after), regime),
+            _ => self.after_it::<4>(&point, (&columns, after), regime),
         }
         let FreeMotion { pendulum, oscillator, .. } = &self.model.motion;
         let decay_rates = [pendulum, oscillator].map(|body| body.equation.decay_rate);
         let rates = before.after([impact.post.v1, impact.post.v2], decay_rates);
-        let departure = Departure { clock: impact.clock, rates, slope: Some(angle.cos) };
-        let (state, clock) = (impact.post, impact.clock);
-        Ok((columns, Here { state, clock, departure, columns: after_it }))
+        here.departure = Departure { clock, rates, slope: Some(angle.cos) };
+        (here.state, here.clock, here.trig) = (impact.post, clock, trig);
+        Ok(columns)
+    }
+
+    /// Derivatives just after an impact, from those before it, N of them at a time.
+    #[inline(always)]
+    fn after_it<const N: usize>(
+        &self,
+        point: &ImpactPoint,
+        (before, after): (&Columns, &mut Columns),
+        regime: (RegimeKind, Signs),
+    ) {
+        let coefficient = self.system.coefficient();
+        let by_curve = |place| coefficient.by_number(point.approach_velocity, place);
+        let parts = before.chunks(N).zip(after.chunks_mut(N)).zip(self.by.chunks(N));
+        for ((before, after), by) in parts {
+            let (mut rows, mut direct) = ([[0.0; N]; 3], [[0.0; N]; 3]);
+            for (i, (column, &by)) in before.iter().zip(by).enumerate() {
+                for (row, x) in rows.iter_mut().zip(column) {
+                    row[i] = *x;
+                }
+                match by {
+                    By::MassRatio => direct[0][i] = 1.0,
+                    By::Friction => direct[1][i] = 1.0,
+                    By::Restitution => direct[2][i] = 1.0,
+                    By::OfCurve(place) => direct[2][i] = by_curve(place),
+                    _ => {}
+                }
+            }
+            let [slip, parting] = point.after(&rows, direct, self.system.law, regime);
+            for (i, (after, before)) in after.iter_mut().zip(before).enumerate() {
+                *after = [before[0], slip[i], parting[i], before[3]];
+            }
+        }
     }
 
     /// The regime of an impact, that of a faint friction where the derivative by friction is wanted and
@@ -361,6 +416,40 @@ impl Differentiated {
         let faint = System { friction: system.friction.max(FAINT), ..system.clone() };
         let Ok(outcome) = resolve(&faint, &pre) else { return known };
         (outcome.regime.kind(), Signs::of(outcome.regime, pre.v1, pre.sin))
+    }
+}
+
+/// [`Differentiated::struck`].
+struct Struck<'a> {
+    of: &'a Differentiated,
+    here: &'a mut Here,
+    impact: &'a ImpactEvent,
+    clock: Clock,
+}
+
+impl NullaryFnOnce for Struck<'_> {
+    type Output = Result<Columns, SensitivityError>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.of.struck(self.here, self.impact, self.clock)
+    }
+}
+
+/// [`Differentiated::flown`].
+struct Flown<'a> {
+    of: &'a Differentiated,
+    here: &'a Here,
+    clock: Clock,
+    rates: &'a Rates,
+}
+
+impl NullaryFnOnce for Flown<'_> {
+    type Output = Result<Columns, SensitivityError>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.of.flown(self.here, self.clock, self.rates)
     }
 }
 

@@ -12,6 +12,7 @@ use crate::model::state::{Clock, State};
 use crate::simulate::event::{Event, ImpactEvent, StopReason};
 use crate::simulate::{Anchor, impacts_hop_by_hop};
 use crate::tangent::itinerary::{Leg, LegChange, LegReader};
+use crate::tangent::strike::Departure;
 use crate::tangent::tolerances::{LOW_BOUNCE, SAME_TIME};
 
 /// What the bodies do from here to the next event.
@@ -24,15 +25,55 @@ pub(super) struct SensitiveLeg {
     pub time: f64,
 }
 
+/// The legs of a window, with memory for no more columns than there are.
+#[derive(Default)]
+pub(super) struct KeptLegs {
+    legs: Vec<KeptLeg>,
+    /// Of each.
+    columns: Vec<Column>,
+}
+
+struct KeptLeg {
+    state: State,
+    departure: Departure,
+    mode: Option<ContactMode>,
+    hops: bool,
+    time: f64,
+}
+
+impl KeptLegs {
+    fn with_capacity(legs: usize, columns: usize) -> Self {
+        Self { legs: Vec::with_capacity(legs), columns: Vec::with_capacity(legs * columns) }
+    }
+
+    fn push(&mut self, leg: &SensitiveLeg) {
+        let &SensitiveLeg { ref here, mode, hops, time } = leg;
+        self.columns.extend_from_slice(&here.columns);
+        self.legs.push(KeptLeg { state: here.state, departure: here.departure, mode, hops, time });
+    }
+
+    /// The last leg that begins not later than a time.
+    pub fn at(&self, time: f64, of: &Differentiated) -> SensitiveLeg {
+        let place = self.legs.partition_point(|leg| leg.time <= time).max(1) - 1;
+        let &KeptLeg { state, departure, mode, hops, time } = &self.legs[place];
+        let width = self.columns.len() / self.legs.len();
+        let columns = Columns::from_slice(&self.columns[place * width..][..width]);
+        let clock = departure.clock;
+        let here = Here { state, clock, trig: of.model.trig(clock), departure, columns };
+        SensitiveLeg { here, mode, hops, time }
+    }
+}
+
 /// Tables of derivatives, of the window and of what comes before it in the same drive period.
 #[derive(Default)]
 pub(super) struct Rows {
-    pub impacts: Vec<ImpactEvent>,
+    /// Drive period and time of the impacts.
+    pub impacts: Vec<(i64, f64)>,
     pub times: Vec<f64>,
     pub before: Vec<f64>,
     pub after: Vec<f64>,
     pub stroboscopic: Vec<f64>,
-    pub legs: Vec<SensitiveLeg>,
+    pub legs: KeptLegs,
     pub one_sided: Vec<OneSided>,
     /// Events so far, and those before the window.
     pub events: i64,
@@ -65,7 +106,18 @@ impl<'a> Follower<'a> {
         initial: State,
         (window, end): (Clock, Clock),
         (sections, section_phase): (Range<i64>, f64),
+        impacts: usize,
     ) -> Self {
+        let k = of.by.len();
+        let rows = Rows {
+            impacts: Vec::with_capacity(impacts),
+            times: Vec::with_capacity(k * impacts),
+            before: Vec::with_capacity(4 * k * impacts),
+            after: Vec::with_capacity(4 * k * impacts),
+            stroboscopic: Vec::with_capacity(4 * k * sections.clone().count()),
+            legs: KeptLegs::with_capacity(impacts + 1, k),
+            ..Rows::default()
+        };
         let section_offset =
             if section_phase > 0.0 { section_phase / of.system.drive_frequency } else { 0.0 };
         let here = of.start(initial, Clock::START);
@@ -81,7 +133,7 @@ impl<'a> Follower<'a> {
             before_low: None,
             last: 0.0,
             largest: 0.0,
-            rows: Rows::default(),
+            rows,
         }
     }
 
@@ -112,10 +164,10 @@ impl<'a> Follower<'a> {
                 return if cancelled { Ok(None) } else { Err(self.other_motion(stop.clock)) };
             }
             self.leg.hops = matches!(event, Event::Chatter(_)) || source.skips_at(&event);
-            for k in passed.0.drain(..) {
+            for (k, state) in passed.0.drain(..) {
                 if self.sections.contains(&k) {
                     let period = k - i64::from(self.section_offset > 0.0);
-                    self.section(Clock::new(period, self.section_offset))?;
+                    self.section(Clock::new(period, self.section_offset), &state)?;
                 }
             }
             if over {
@@ -128,7 +180,7 @@ impl<'a> Follower<'a> {
 
     /// Derivatives in the present leg, at a fixed time since the start.
     fn at(&self, clock: Clock) -> Result<Columns, SensitivityError> {
-        let (columns, rates) = self.leg.at(self.of, clock)?;
+        let (columns, rates) = self.leg.at(self.of, clock, None)?;
         Ok(self.of.at_fixed_time(columns, &rates, clock))
     }
 
@@ -143,8 +195,8 @@ impl<'a> Follower<'a> {
         self.at(self.leg.here.clock)
     }
 
-    fn section(&mut self, clock: Clock) -> Result<(), SensitivityError> {
-        let (mut columns, rates) = self.leg.at(self.of, clock)?;
+    fn section(&mut self, clock: Clock, state: &State) -> Result<(), SensitivityError> {
+        let (mut columns, rates) = self.leg.at(self.of, clock, Some(state))?;
         // At a fixed phase: omega t = 2 pi k + the section's.
         if let Some(i) = self.of.place(By::DriveFrequency) {
             let later = -self.section_offset / self.of.system.drive_frequency;
@@ -152,13 +204,13 @@ impl<'a> Follower<'a> {
                 *x += rate * later;
             }
         }
-        self.rows.stroboscopic.extend(rows_of(&columns));
+        append(&columns, &mut self.rows.stroboscopic);
         Ok(())
     }
 
     /// Takes note of the leg that ends, if the window needs it.
     fn keep_leg(&mut self) {
-        self.rows.legs.push(self.leg.clone());
+        self.rows.legs.push(&self.leg);
     }
 
     fn other_motion(&self, clock: Clock) -> SensitivityError {
@@ -232,19 +284,20 @@ impl<'a> Follower<'a> {
         // Tables of impacts have no more of the clock, which low bounces alone could tell.
         let clock = Clock::new(impact.clock.period, impact.clock.time_in_period);
         let clock = if self.before_low.is_none() { clock } else { impact.clock };
-        let impact = &ImpactEvent { clock, ..*impact };
-        let (before, here) = self.of.strike(&self.leg.here, impact)?;
-        let next = SensitiveLeg { here, mode: None, hops: false, time };
-        let leg = std::mem::replace(&mut self.leg, next);
-        if impact.clock < self.window {
+        let kept = impact.clock >= self.window;
+        if kept {
+            self.keep_leg();
+        }
+        let before = self.of.strike(&mut self.leg.here, impact, clock)?;
+        (self.leg.hops, self.leg.time) = (false, time);
+        if !kept {
             return Ok(());
         }
         let here = &self.leg.here;
         let late = self.of.place(By::DriveFrequency);
         let rows = &mut self.rows;
-        rows.legs.push(leg);
-        rows.impacts.push(*impact);
-        let rate = impact.clock.period as f64 * self.of.period_rate();
+        rows.impacts.push((clock.period, time));
+        let rate = clock.period as f64 * self.of.period_rate();
         let times = before.iter().map(|column| column[3]).enumerate();
         rows.times.extend(times.map(|(i, dt)| if late == Some(i) { dt + rate } else { dt }));
         self.of.tell(here, &before, &mut rows.before);
@@ -268,11 +321,12 @@ impl<'a> Follower<'a> {
 }
 
 impl SensitiveLeg {
-    /// Derivatives of the state at a fixed instant of this leg, and its rates there.
+    /// Derivatives of the state at a fixed instant of this leg, and its rates there; `known`: that state.
     pub fn at(
         &self,
         of: &Differentiated,
         clock: Clock,
+        known: Option<&State>,
     ) -> Result<(Columns, Column), SensitivityError> {
         if let Some(mode) = self.mode {
             return of.held(&self.here, mode, clock);
@@ -282,25 +336,16 @@ impl SensitiveLeg {
             let anchor = Anchor::after_impact(here.clock, here.state);
             for event in impacts_hop_by_hop(&of.system, anchor, clock) {
                 if let Event::Impact(impact) = event {
-                    here = of.strike(&here, &impact)?.1;
+                    of.strike(&mut here, &impact, impact.clock)?;
                 }
             }
-            return of.at(&here, clock);
+            return of.at(&here, clock, known);
         }
-        of.at(&self.here, clock)
+        of.at(&self.here, clock, known)
     }
 }
 
 impl Differentiated {
-    /// Derivatives of the state at a fixed instant of the flight from here, and its rates there.
-    fn at(&self, here: &Here, clock: Clock) -> Result<(Columns, Column), SensitivityError> {
-        let state = self.state_at(here, clock);
-        let rates = self.rates(&state, clock);
-        let columns = self.flown(here, clock, &rates)?;
-        let ([v1, v2], [a1, a2]) = (rates.velocities, rates.accelerations);
-        Ok((columns, [v1, a1, a2, v2]))
-    }
-
     /// Derivatives at a fixed time since the start from those at a fixed time in a fixed period.
     pub fn at_fixed_time(&self, mut columns: Columns, rates: &Column, clock: Clock) -> Columns {
         if let Some(i) = self.place(By::DriveFrequency) {
@@ -328,7 +373,9 @@ impl Differentiated {
     }
 }
 
-/// Rows x1, x1', x2, x2' with a number of each column.
-pub(super) fn rows_of(columns: &[Column]) -> impl Iterator<Item = f64> {
-    [0, 1, 3, 2].into_iter().flat_map(move |row| columns.iter().map(move |column| column[row]))
+/// Appends rows x1, x1', x2, x2' with a number of each column.
+pub(super) fn append(columns: &[Column], rows: &mut Vec<f64>) {
+    for row in [0, 1, 3, 2] {
+        rows.extend(columns.iter().map(|column| column[row]));
+    }
 }

@@ -4,12 +4,12 @@ use super::columns::Differentiated;
 use crate::contact::sustained::{ContactForce, ContactMode};
 use crate::impact::RegimeKind;
 use crate::model::contact_coordinates::PreImpact;
-use crate::model::state::Clock;
+use crate::model::state::{Clock, State};
 use crate::simulate::event::{ChatterEvent, ContactEvent, Event, ImpactEvent};
 use crate::tangent::border::{Border, BorderValue};
 use crate::tangent::impact::{regime_borders, regime_path};
 use crate::tangent::itinerary::Leg;
-use crate::tangent::tolerances::AT_BORDER;
+use crate::tangent::tolerances::{AT_BORDER, NEAR_ONSET};
 
 /// Why derivatives are one-sided from an event on: on the other side the motion is another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -19,7 +19,7 @@ pub enum OneSidedReason {
     Graze,
     /// An impact on the border of its regime.
     RegimeBorder,
-    /// Chatter that ends where the contact force is 0: beyond, it is incomplete.
+    /// Chatter that ends with next to no contact force: beyond, it is incomplete.
     ChatterOnset,
     /// Contact that begins without force, sticks at the limit of friction, or ends without a rate of what
     /// ends it: beyond, it goes on otherwise.
@@ -127,18 +127,24 @@ fn is_at_knot(of: &Differentiated, impact: &ImpactEvent) -> bool {
     of.system.coefficient().is_at_knot(u)
 }
 
-/// Whether the force that follows chatter is 0, to rounding.
+/// Whether the force that follows chatter is near 0.
 fn has_no_force(of: &Differentiated, chatter: &ChatterEvent) -> bool {
-    let [a1, a2] = of.rates(&chatter.state, chatter.clock).accelerations;
-    chatter.force.normal.abs() <= AT_BORDER * (a1.abs() + a2.abs())
+    chatter.force.normal.abs() <= NEAR_ONSET * size_of_forces(of, &chatter.state)
 }
 
 /// Whether contact begins or goes on without force, or sticks at the limit of friction, to rounding.
 fn is_at_border_of_contact(of: &Differentiated, contact: &ContactEvent) -> bool {
-    let [a1, a2] = of.rates(&contact.state, contact.clock).accelerations;
-    let (size, friction) = (a1.abs() + a2.abs(), of.system.friction);
+    let size = size_of_forces(of, &contact.state);
+    let friction = of.system.friction;
     let ContactForce { normal, tangential } = contact.force;
     let sticks = contact.mode == Some(ContactMode::Stick) && friction > 0.0;
     let grip = friction * normal - tangential.abs();
     normal <= AT_BORDER * size || (sticks && grip <= AT_BORDER * (1.0 + friction) * size)
+}
+
+/// The size of what the contact force is a difference of.
+fn size_of_forces(of: &Differentiated, state: &State) -> f64 {
+    let first = of.system.pendulum().terms(state.x1, state.v1, 1.0);
+    let second = of.system.oscillator().terms(state.x2, state.v2, 1.0);
+    first.into_iter().chain(second).map(f64::abs).sum()
 }

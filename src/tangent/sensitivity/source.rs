@@ -12,15 +12,15 @@ use crate::simulate::event::{
 use crate::simulate::run::{Recorded, Run};
 use crate::simulate::{Observer, Simulation};
 
-/// The sections that have been passed since they were last asked for.
+/// The sections that have been passed since they were last asked for, and the states there.
 #[derive(Default)]
-pub(super) struct Passed(pub Vec<i64>);
+pub(super) struct Passed(pub Vec<(i64, State)>);
 
 impl Observer for Passed {
     const SECTIONS: bool = true;
 
-    fn section(&mut self, k: i64, _: &State) {
-        self.0.push(k);
+    fn section(&mut self, k: i64, state: &State) {
+        self.0.push((k, *state));
     }
 }
 
@@ -38,7 +38,7 @@ pub(super) struct Kept<'a> {
     cancel: &'a CancelToken,
     section_offset: f64,
     event: usize,
-    section: i64,
+    section: usize,
     here: Clock,
 }
 
@@ -94,15 +94,14 @@ impl<'a> Kept<'a> {
         }
         let event = self.next()?;
         let over = matches!(event, Event::Stop(_));
-        let sections = i64::try_from(self.run.stroboscopic.len()).unwrap_or(i64::MAX);
-        while self.section < sections {
-            let k = self.run.first_section + self.section;
+        while let Some(&[x1, v1, x2, v2]) = self.run.stroboscopic.get(self.section) {
+            let k = self.run.first_section + self.section as i64;
             let period = k - i64::from(self.section_offset > 0.0);
             // One that falls on an event is left for the leg after it.
             if !over && Clock::new(period, self.section_offset) >= event.clock() {
                 break;
             }
-            passed.section(k, &end.state);
+            passed.section(k, &State { x1, v1, x2, v2 });
             self.section += 1;
         }
         self.event += 1;

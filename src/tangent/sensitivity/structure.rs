@@ -7,16 +7,21 @@ use nalgebra::{DMatrix, RowDVector};
 
 use super::error::SensitivityError;
 use super::marks::{OneSided, OneSidedReason};
-use super::{Along, Place, Sensitivity, check_names};
+use super::structure_legs::{From, SensitiveLeg, StructureLegs, flight, tell};
+use super::{Place, Sensitivity, check_names, without_first};
+use crate::impact::strike;
 use crate::model::state::Clock;
-use crate::model::structure::{Structure, StructureState, Variation};
+use crate::model::structure::{Coordinates, Structure, StructureState, Variation};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::{Run, StopImpactRecord};
 use crate::simulate::structure::{StopImpactEvent, StructureEvent};
-use crate::simulate::{AnchorOf, ModelEvent, Observer, Simulation};
+use crate::simulate::{Anchor, AnchorOf, ModelEvent, Observer, Simulation};
 use crate::tangent::structure::{Linearised, Perturbed};
 use crate::tangent::tolerances::SAME_TIME;
+
+/// Sections of flights over fewer drive periods are reached from their start.
+const SHORT_FLIGHT: i64 = 16;
 
 /// The sections that a turn of a simulation has passed.
 #[derive(Default)]
@@ -30,76 +35,11 @@ impl Observer<StructureState> for Passed {
     }
 }
 
-/// A leg of the motion with its derivatives at an instant of it.
-struct SensitiveLeg {
-    time: f64,
-    clock: Clock,
-    anchor: AnchorOf<Structure>,
-    derivatives: Perturbed,
-    /// Impacts are skipped.
-    hops: bool,
-}
-
-impl SensitiveLeg {
-    /// Derivatives of the state at an instant, at a fixed time in a fixed period.
-    fn at(&self, clock: Clock) -> Result<Perturbed, SensitivityError> {
-        if self.hops {
-            return Ok(self.derivatives.hopped(&self.anchor, clock)?);
-        }
-        let mut there = self.derivatives.clone();
-        there.carry_to(&self.anchor, clock)?;
-        Ok(there)
-    }
-
-    /// The same at a fixed time since the start.
-    fn at_fixed_time(
-        &self,
-        of: &Linearised,
-        clock: Clock,
-    ) -> Result<DMatrix<f64>, SensitivityError> {
-        let mut columns = self.at(clock)?.into_matrix();
-        of.at_fixed_time(&of.leg_from(&self.anchor), clock, &mut columns);
-        Ok(columns)
-    }
-}
-
-/// The legs of a run with the derivatives at their starts.
-pub struct StructureLegs {
-    of: Arc<Linearised>,
-    all: Vec<SensitiveLeg>,
-    span: (f64, f64),
-}
-
-impl Along for StructureLegs {
-    fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
-        let Self { of, all: legs, span: (from, to) } = self;
-        let drive = of.drive();
-        let mut rows = Vec::new();
-        for &time in times {
-            if !(*from..=*to).contains(&time) {
-                return Ok(None);
-            }
-            // The last leg that begins not later than this.
-            let leg = &legs[legs.partition_point(|leg| leg.time <= time).max(1) - 1];
-            let clock = drive.clock_at(time);
-            let clock = if clock < leg.clock { leg.clock } else { clock };
-            tell(&leg.at_fixed_time(of, clock)?, &mut rows);
-        }
-        Ok(Some(rows))
-    }
-}
-
-/// Appends the rows of a matrix.
-fn tell(columns: &DMatrix<f64>, rows: &mut Vec<f64>) {
-    for row in columns.row_iter() {
-        rows.extend(row.iter());
-    }
-}
-
 /// Tables of derivatives, of the window and of what comes before it in the same drive period.
 #[derive(Default)]
 struct Rows {
-    impacts: Vec<StopImpactEvent>,
+    /// Drive period and time of the impacts.
+    impacts: Vec<(i64, f64)>,
     times: Vec<f64>,
     before: Vec<f64>,
     after: Vec<f64>,
@@ -153,8 +93,7 @@ impl Follower<'_> {
                     let cancelled = stop.reason == StopReason::Interrupted;
                     return if cancelled { Ok(None) } else { Err(self.other_motion(stop.clock)) };
                 }
-                let Some(last) = self.legs.last() else { return Err(self.other_motion(self.end)) };
-                return Ok(Some(last.at_fixed_time(self.of, self.end)?));
+                return Ok(Some(self.at_end()?));
             }
             self.derivatives.pass(&before, &simulation, event.as_ref())?;
             if let Some(event) = &event {
@@ -164,6 +103,75 @@ impl Follower<'_> {
                 self.leg(&simulation);
             }
         }
+    }
+
+    fn at_end(&self) -> Result<DMatrix<f64>, SensitivityError> {
+        let Some(last) = self.legs.last() else { return Err(self.other_motion(self.end)) };
+        last.at_fixed_time(&self.derivatives, self.end)
+    }
+
+    /// As [`Self::follow`], along the impacts that a run has kept, where there is nothing else.
+    fn follow_kept(
+        &mut self,
+        run: &Run<Structure>,
+        initial: StructureState,
+        cancel: &CancelToken,
+    ) -> Result<Option<DMatrix<f64>>, SensitivityError> {
+        let mut sections = self.sections.clone();
+        let mut pass_sections = |follower: &mut Self, until: Option<Clock>| {
+            while let Some(k) = sections.clone().next() {
+                let period = k - i64::from(follower.section_offset > 0.0);
+                let clock = Clock::new(period, follower.section_offset);
+                // One that falls on an event is left for the leg after it.
+                if until.is_some_and(|until| clock >= until) {
+                    break;
+                }
+                follower.section(clock)?;
+                sections.next();
+            }
+            Ok::<(), SensitivityError>(())
+        };
+        let mut leg = Anchor::apart(Clock::START, initial);
+        self.derivatives = self.derivatives.clone().without_chatter();
+        self.fly_from(&leg);
+        for row in &run.impacts {
+            if cancel.is_cancelled() {
+                return Ok(None);
+            }
+            let event = kept_event(&run.system, row).ok_or(self.other_motion(leg.clock))?;
+            pass_sections(self, Some(event.clock))?;
+            if self.rows.events == 0 && !self.leads_to(&leg, &event) {
+                return Err(self.other_motion(event.clock));
+            }
+            let next = flight(event.clock, event.post.clone());
+            let event = StructureEvent::Impact(event);
+            self.derivatives.pass_to(&leg, &next, Some(&event))?;
+            self.take(&event);
+            self.derivatives.settle(&next);
+            self.fly_from(&next);
+            leg = next;
+        }
+        let end = run.final_state.clock;
+        pass_sections(self, None)?;
+        if run.impacts.is_empty() {
+            let there = self.of.state_at(&leg, end);
+            if !is_near(&there, &run.final_state.state) {
+                return Err(self.other_motion(end));
+            }
+        }
+        Ok(Some(self.at_end()?))
+    }
+
+    /// Takes note of the flight that begins.
+    fn fly_from(&mut self, leg: &AnchorOf<Structure>) {
+        let (clock, time) = (leg.clock, self.of.drive().time(leg.clock));
+        let from = From::Flight(leg.state.clone(), self.derivatives.columns().clone());
+        self.legs.push(SensitiveLeg { time, clock, from });
+    }
+
+    /// Whether the flight from the start leads to its first impact.
+    fn leads_to(&self, leg: &AnchorOf<Structure>, event: &StopImpactEvent) -> bool {
+        is_near(&self.of.state_at(leg, event.clock), &event.pre)
     }
 
     /// Takes note of the leg that begins, if the window needs it.
@@ -177,28 +185,38 @@ impl Follower<'_> {
         let derivatives = &self.derivatives;
         let derivatives = if hops { derivatives.clone() } else { derivatives.kept() };
         let time = self.of.drive().time(clock);
-        self.legs.push(SensitiveLeg { time, clock, anchor, derivatives, hops });
+        let from = From::Any(Box::new((anchor, derivatives)), hops);
+        self.legs.push(SensitiveLeg { time, clock, from });
     }
 
     fn section(&mut self, clock: Clock) -> Result<(), SensitivityError> {
         let Some(leg) = self.legs.last() else { return Err(self.other_motion(clock)) };
-        let there = leg.at(clock)?;
-        let mut columns = there.columns().clone();
-        // At a fixed phase: omega t = 2 pi k + the section's.
-        let later = -self.section_offset / self.of.structure.drive_frequency();
-        let faster = self.of.by.iter().map(|varied| varied.by.drive_frequency * later);
-        let later = RowDVector::from_iterator(self.of.by.len(), faster);
-        if later.iter().any(|later| *later != 0.0) {
-            let from = self.of.leg_from(&leg.anchor);
+        let there = leg.at(&self.derivatives, clock)?;
+        if self.section_offset > 0.0 && self.of.turns() {
+            // At a fixed phase: omega t = 2 pi k + the section's.
+            let later = -self.section_offset / self.of.structure.drive_frequency();
+            let faster = self.of.by.iter().map(|varied| varied.by.drive_frequency * later);
+            let later = RowDVector::from_iterator(self.of.by.len(), faster);
+            let from = self.of.leg_from(&leg.anchor());
             let state = self.of.state_at(&from, clock);
-            columns += self.of.rates(&from, clock, &state) * later;
+            let columns = there.columns() + self.of.rates(&from, clock, &state) * later;
+            tell(&columns, &mut self.rows.stroboscopic);
+        } else {
+            tell(there.columns(), &mut self.rows.stroboscopic);
         }
-        tell(&columns, &mut self.rows.stroboscopic);
-        if !leg.hops {
+        let periods = clock.period - leg.clock.period;
+        let is_short = matches!(leg.from, From::Flight(..)) && periods < SHORT_FLIGHT;
+        if !(is_short || leg.hops()) {
             // Longer flights go on from there.
-            let (anchor, time) = (leg.anchor.clone(), self.of.drive().time(clock));
-            let derivatives = there.kept();
-            self.legs.push(SensitiveLeg { time, clock, anchor, derivatives, hops: false });
+            let time = self.of.drive().time(clock);
+            let from = match leg.from {
+                From::Flight(..) => {
+                    let state = self.of.state_at(&leg.anchor(), clock);
+                    From::Flight(state, there.into_matrix())
+                }
+                From::Any(..) => From::Any(Box::new((leg.anchor(), there.kept())), false),
+            };
+            self.legs.push(SensitiveLeg { time, clock, from });
         }
         Ok(())
     }
@@ -219,7 +237,7 @@ impl Follower<'_> {
             return;
         }
         let rows = &mut self.rows;
-        rows.impacts.push(impact.clone());
+        rows.impacts.push((impact.clock.period, impact.time));
         match self.of.later(impact.clock.period) {
             Some(later) => rows.times.extend((delay + later).iter()),
             None => rows.times.extend(delay.iter()),
@@ -240,14 +258,41 @@ impl Follower<'_> {
             StructureEvent::Impact(event) if self.of.is_at_knot(&event.impact) => {
                 Some(OneSidedReason::RestitutionKnot)
             }
-            StructureEvent::Closed(contact) if self.of.is_at_border_of_contact(contact) => {
-                let onset = self.rows.chatter == Some(contact.clock);
-                let onset = onset.then_some(OneSidedReason::ChatterOnset);
-                Some(onset.unwrap_or(OneSidedReason::ContactBorder))
+            StructureEvent::Closed(contact) => {
+                let chattered = self.rows.chatter == Some(contact.clock);
+                let at_border = self.of.is_at_border_of_contact(contact, chattered);
+                let onset = at_border && chattered;
+                let reason = onset.then_some(OneSidedReason::ChatterOnset);
+                at_border.then(|| reason.unwrap_or(OneSidedReason::ContactBorder))
             }
             _ => None,
         }
     }
+}
+
+/// Whether a run has kept all of its events, and these are impacts at instants of their own.
+fn is_plain(run: &Run<Structure>) -> bool {
+    let clock = |row: &StopImpactRecord| Clock::new(row.period, row.time_in_period);
+    let apart = run.impacts.windows(2).all(|rows| clock(&rows[0]) < clock(&rows[1]));
+    run.is_all_flights() && run.grazes.is_empty() && apart
+}
+
+/// A kept impact.
+fn kept_event(structure: &Structure, row: &StopImpactRecord) -> Option<StopImpactEvent> {
+    let state = |v: &Coordinates| StructureState { q: row.q.clone(), v: v.clone() };
+    let mut velocities = row.v_pre.clone();
+    let stop = usize::try_from(row.stop).ok()?;
+    let impact = strike(structure, stop, row.approach_velocity, &mut velocities).ok()?;
+    let (pre, post) = (state(&row.v_pre), state(&row.v_post));
+    let clock = Clock::new(row.period, row.time_in_period);
+    Some(StopImpactEvent { clock, time: row.time, phase: row.phase, pre, post, impact })
+}
+
+/// Whether two states are the same but for rounding.
+fn is_near(a: &StructureState, b: &StructureState) -> bool {
+    let pairs = a.q.iter().zip(&b.q).chain(a.v.iter().zip(&b.v));
+    let size = b.q.iter().chain(&b.v).fold(1.0, |most: f64, x| most.max(x.abs()));
+    pairs.into_iter().all(|(a, b)| (a - b).abs() <= SAME_TIME * size)
 }
 
 /// Derivatives of a run of a structure from `initial` at t = 0 along variations of the structure and of
@@ -301,7 +346,7 @@ pub fn structure_sensitivity(
     let of = Arc::new(Linearised::along(structure, by));
     let options = &run.options;
     let end = run.final_state.clock;
-    let simulation = Simulation::new(structure, initial)?
+    let simulation = Simulation::new(structure, initial.clone())?
         .until(options.horizon)
         .max_events(options.max_events)
         .chatter_tolerance(options.chatter_tolerance)
@@ -318,39 +363,41 @@ pub fn structure_sensitivity(
         legs: Vec::new(),
         rows: Rows::default(),
     };
-    let last = follower.follow(simulation)?;
-    let Follower { legs, rows, .. } = follower;
+    let last = if is_plain(run) {
+        follower.follow_kept(run, initial, cancel)?
+    } else {
+        follower.follow(simulation)?
+    };
+    let Follower { legs, rows, derivatives: blank, .. } = follower;
     let mut until = None;
     let final_state = match (last, legs.last()) {
         (Some(columns), _) => columns,
         (None, Some(leg)) => {
             until = Some(leg.time);
-            leg.at_fixed_time(&of, leg.clock)?
+            leg.at_fixed_time(&blank, leg.clock)?
         }
         (None, None) => return Err(SensitivityError::OtherMotion { time: 0.0 }),
     };
-    let same = |event: &StopImpactEvent, row: &StopImpactRecord| {
-        event.clock.period == row.period
-            && (event.time - row.time).abs() <= SAME_TIME * row.time.abs()
+    let same = |&(period, time): &(i64, f64), row: &StopImpactRecord| {
+        period == row.period && (time - row.time).abs() <= SAME_TIME * row.time.abs()
     };
     let place = Place { end: run.final_state.time, until, events: run.events.len() };
     let more = place.more(&rows.impacts, &run.impacts, same, |row| row.time)?;
     let k = names.len();
     place.check_sections(rows.stroboscopic.len(), 2 * count * k * run.stroboscopic.len())?;
-    let from = |table: Vec<f64>, rows: usize| table[rows * k..].to_vec();
     let mut last = Vec::with_capacity(final_state.len());
     tell(&final_state, &mut last);
     Ok(Sensitivity {
         names,
-        times: from(rows.times, more),
-        before: from(rows.before, 2 * count * more),
-        after: from(rows.after, 2 * count * more),
+        times: without_first(rows.times, k * more),
+        before: without_first(rows.before, 2 * count * k * more),
+        after: without_first(rows.after, 2 * count * k * more),
         stroboscopic: rows.stroboscopic,
         final_state: last,
         one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
         until,
         legs: StructureLegs {
-            of,
+            blank: blank.at(Clock::START, DMatrix::zeros(0, 0)),
             all: legs,
             span: (run.kept_from(), until.unwrap_or(run.final_state.time)),
         },

@@ -42,8 +42,12 @@ pub(super) struct Steppers(Mutex<Vec<(Kind, Arc<Stepper>)>>);
 #[derive(Debug)]
 struct Stepper {
     equation: Equation,
+    /// p'' and the drive in A.
+    second: Rows,
     /// Columns that they add to, each with its B.
     acts: Vec<(usize, DMatrix<f64>)>,
+    /// The same of each B.
+    seconds: Vec<Rows>,
     /// Length of the shortest steps, and the fastest rate.
     length: f64,
     fastest: f64,
@@ -56,20 +60,68 @@ struct Stepper {
 struct Level {
     change: DMatrix<f64>,
     added: Vec<DMatrix<f64>>,
+    /// Rows of these.
+    change_rows: Rows,
+    added_rows: Vec<Rows>,
 }
 
-/// Derivatives that a leg begins with, and that it ends with: (2N, columns).
+/// Rows of a matrix over z, one after another, and its last two, of which only those two columns are not 0.
+#[derive(Debug)]
+struct Rows {
+    rows: Vec<f64>,
+    turn: [[f64; 2]; 2],
+}
+
+impl Rows {
+    /// From the first row before that of the constant on.
+    fn new(of: &DMatrix<f64>, first: usize) -> Self {
+        let size = of.nrows();
+        let rows = of.rows(first, size - 3 - first).transpose().as_slice().to_vec();
+        let turn = [0, 1].map(|i| [0, 1].map(|j| of[(size - 2 + i, size - 2 + j)]));
+        Self { rows, turn }
+    }
+
+    /// Adds a multiple of what these make of z to the rows before that of the constant, and to the last two.
+    #[inline]
+    fn add(&self, factor: f64, z: &DVector<f64>, to: &mut DVector<f64>) {
+        let (z, to) = (z.as_slice(), to.as_mut_slice());
+        let size = z.len();
+        let first = size - 3 - self.rows.len() / size;
+        for (row, to) in self.rows.chunks_exact(size).zip(&mut to[first..]) {
+            *to += factor * dot(row, z);
+        }
+        for (i, [cos, sin]) in self.turn.into_iter().enumerate() {
+            to[size - 2 + i] += factor * (cos * z[size - 2] + sin * z[size - 1]);
+        }
+    }
+}
+
+/// In four sums, which vector instructions add at once.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (long_a, long_b) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = long_a.remainder().iter().zip(long_b.remainder()).map(|(a, b)| a * b).sum();
+    let mut sums = [0.0; 4];
+    for (a, b) in long_a.zip(long_b) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+/// Derivatives that a leg begins with, unless there are none, and that it ends with: (2N, columns).
 pub(super) struct Forced {
-    pub start: DMatrix<f64>,
+    pub start: Option<DMatrix<f64>>,
     pub end: DMatrix<f64>,
 }
 
-/// The motion and its derivatives, with memory for their changes.
+/// The motion and its derivatives, with memory for a change.
 struct Moving {
     motion: DVector<f64>,
     columns: Vec<DVector<f64>>,
     change: DVector<f64>,
-    term: DVector<f64>,
 }
 
 impl Stepper {
@@ -77,10 +129,13 @@ impl Stepper {
         let equation = Equation::new(of, Held::new(&of.structure, leg));
         let acts = (0..of.by.len()).filter(|&i| equation.acts(&of.by[i]));
         let acts: Vec<_> = acts.map(|i| (i, equation.varied(of, &of.by[i]))).collect();
+        let count = of.structure.coordinates();
+        let second = Rows::new(&equation.generator, count);
+        let seconds = acts.iter().map(|(_, b)| Rows::new(b, count)).collect();
         let fastest = equation.fastest(of);
         let longest = if fastest > 0.0 { LONGEST_STEP / fastest } else { 1.0 };
         let length = longest / f64::from(1 << FINER);
-        Self { equation, acts, length, fastest, levels: Mutex::new(Vec::new()) }
+        Self { equation, second, acts, seconds, length, fastest, levels: Mutex::new(Vec::new()) }
     }
 
     /// Steps of 2^k lengths.
@@ -112,7 +167,7 @@ impl Stepper {
             term = (a * term) * part;
             change += &term;
         }
-        Level { change, added }
+        Level::new(change, added)
     }
 
     /// Orders that a series over this time needs.
@@ -127,40 +182,57 @@ impl Stepper {
 
     /// Over less than a step, by the series.
     fn take_rest(&self, time: f64, moving: &mut Moving) {
-        let a = &self.equation.generator;
         let mut motion = moving.motion.clone();
         let mut columns = moving.columns.clone();
         for k in 1..=self.orders(time) {
             let part = time / k as f64;
-            for ((own, sum), (_, b)) in columns.iter_mut().zip(&mut moving.columns).zip(&self.acts)
-            {
-                moving.change.gemv(part, a, &*own, 0.0);
-                moving.change.gemv(part, b, &motion, 1.0);
+            for ((own, sum), b) in columns.iter_mut().zip(&mut moving.columns).zip(&self.seconds) {
+                self.rates(part, own, &mut moving.change);
+                b.add(part, &motion, &mut moving.change);
                 std::mem::swap(own, &mut moving.change);
                 *sum += &*own;
             }
-            moving.change.gemv(part, a, &motion, 0.0);
+            self.rates(part, &motion, &mut moving.change);
             std::mem::swap(&mut motion, &mut moving.change);
             moving.motion += &motion;
         }
     }
+
+    /// A multiple of A z.
+    fn rates(&self, factor: f64, z: &DVector<f64>, to: &mut DVector<f64>) {
+        let count = (z.len() - 3) / 2;
+        to.fill(0.0);
+        for i in 0..count {
+            to[i] = factor * z[count + i];
+        }
+        self.second.add(factor, z, to);
+    }
 }
 
 impl Level {
+    fn new(change: DMatrix<f64>, added: Vec<DMatrix<f64>>) -> Self {
+        let change_rows = Rows::new(&change, 0);
+        let added_rows = added.iter().map(|added| Rows::new(added, 0)).collect();
+        Self { change, added, change_rows, added_rows }
+    }
+
     fn twice(&self) -> Self {
-        let Self { change: x, added } = self;
+        let Self { change: x, added, .. } = self;
         let twice = |l: &DMatrix<f64>| l * 2.0 + x * l + l * x;
-        Self { change: x * 2.0 + x * x, added: added.iter().map(twice).collect() }
+        Self::new(x * 2.0 + x * x, added.iter().map(twice).collect())
     }
 
     fn take(&self, moving: &mut Moving) {
-        for (column, l) in moving.columns.iter_mut().zip(&self.added) {
-            moving.change.gemv(1.0, &self.change, &*column, 0.0);
-            moving.change.gemv(1.0, l, &moving.motion, 1.0);
-            *column += &moving.change;
+        let change = &mut moving.change;
+        for (column, l) in moving.columns.iter_mut().zip(&self.added_rows) {
+            change.fill(0.0);
+            self.change_rows.add(1.0, column, change);
+            l.add(1.0, &moving.motion, change);
+            *column += &*change;
         }
-        moving.term.gemv(1.0, &self.change, &moving.motion, 0.0);
-        moving.motion += &moving.term;
+        change.fill(0.0);
+        self.change_rows.add(1.0, &moving.motion, change);
+        moving.motion += &*change;
     }
 }
 
@@ -205,7 +277,8 @@ impl Steppers {
             return Err(of.drive().time(from));
         }
         let mut moving = stepper.begin(of, leg, from);
-        let start = stepper.in_coordinates(of, &moving);
+        // In flight they begin with nothing but the phase of the drive.
+        let start = closed.then(|| stepper.in_coordinates(of, &moving));
         #[allow(clippy::cast_sign_loss, clippy::cast_possible_truncation)]
         // below MOST_STEPS 2^FINER
         let mut left = whole as u64;
@@ -241,8 +314,7 @@ impl Stepper {
             column
         });
         let none = DVector::zeros(2 * count + 3);
-        let mut moving =
-            Moving { columns: columns.collect(), motion, change: none.clone(), term: none };
+        let mut moving = Moving { columns: columns.collect(), motion, change: none };
         self.keep(of, &mut moving);
         moving
     }

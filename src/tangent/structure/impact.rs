@@ -13,7 +13,7 @@ use crate::numerics::dual::{Dual, Number};
 use crate::simulate::structure::{StopContactEvent, StopImpactEvent, StructureMode};
 use crate::tangent::border::{Border, BorderValue};
 use crate::tangent::impact::{regime_borders, regime_path};
-use crate::tangent::tolerances::AT_BORDER;
+use crate::tangent::tolerances::{AT_BORDER, NEAR_ONSET};
 
 /// By u, s, r and mu.
 pub(crate) const FOUR: usize = 4;
@@ -105,7 +105,7 @@ pub(super) fn along(row: &[f64], of: &DMatrix<f64>, first: usize) -> RowDVector<
     let mut sum = RowDVector::zeros(of.ncols());
     for (i, &n) in row.iter().enumerate() {
         if n != 0.0 {
-            sum += of.row(first + i) * n;
+            sum.iter_mut().zip(of.row(first + i).iter()).for_each(|(sum, x)| *sum += x * n);
         }
     }
     sum
@@ -122,9 +122,9 @@ fn push(
     let (count, rows) = (structure.coordinates(), structure.contact(stop));
     for i in 0..count {
         let mut row = events.row_mut(count + i);
-        row -= normal * rows.by_normal[i];
+        row.iter_mut().zip(normal.iter()).for_each(|(x, p)| *x -= p * rows.by_normal[i]);
         if let Some(tangential) = tangential {
-            row += tangential * rows.by_tangent[i];
+            row.iter_mut().zip(tangential.iter()).for_each(|(x, q)| *x += q * rows.by_tangent[i]);
         }
     }
 }
@@ -188,18 +188,26 @@ impl Linearised {
         let ds = along(tangent, events, count);
         let [by_restitution, by_friction] = self.by_law(impact.stop, impact.approach_velocity);
         let mut parts = vec![du, ds, by_restitution, by_friction];
-        let [n, t] = self.modal_rows(impact.stop);
-        for (x, y) in [(&n, &n), (&n, &t), (&t, &t)] {
-            // d(x M^-1 y).
-            parts.extend(self.by_mass(x, y).map(|changed| -changed));
+        if self.varies_mass() {
+            let [n, t] = self.modal_rows(impact.stop);
+            for (x, y) in [(&n, &n), (&n, &t), (&t, &t)] {
+                // d(x M^-1 y).
+                parts.extend(self.by_mass(x, y).map(|changed| -changed));
+            }
         }
         let [normal, tangential] = impulses.map(|impulse| {
-            let terms = parts.iter().zip(impulse.slope).filter(|(_, slope)| *slope != 0.0);
-            terms.fold(RowDVector::zeros(events.ncols()), |sum, (part, slope)| sum + part * slope)
+            let mut sum = RowDVector::zeros(events.ncols());
+            for (part, slope) in parts.iter().zip(impulse.slope).filter(|(_, slope)| *slope != 0.0)
+            {
+                sum.iter_mut().zip(part.iter()).for_each(|(sum, x)| *sum += x * slope);
+            }
+            sum
         });
         push(structure, impact.stop, events, &normal, rubs.then_some(&tangential));
-        let jump: Vec<f64> = event.post.v.iter().zip(&event.pre.v).map(|(a, b)| a - b).collect();
-        self.by_inertia(&jump, events);
+        if self.varies_mass() {
+            let jump = event.post.v.iter().zip(&event.pre.v).map(|(a, b)| a - b);
+            self.by_inertia(&jump.collect::<Vec<f64>>(), events);
+        }
     }
 
     /// As [`Linearised::strike`], of the impacts without friction of one instant: u+ = -r u at the
@@ -322,7 +330,7 @@ impl Linearised {
     }
 
     /// Whether a stop closes without force, or sticks at the limit of friction, to rounding.
-    pub fn is_at_border_of_contact(&self, event: &StopContactEvent) -> bool {
+    pub fn is_at_border_of_contact(&self, event: &StopContactEvent, chattered: bool) -> bool {
         let (stop, [normal, tangential]) = (event.stop, event.force);
         let closes = event.closed.contains(&u32::try_from(stop).unwrap_or(u32::MAX));
         if !closes {
@@ -341,6 +349,7 @@ impl Linearised {
         let size = (terms.sum::<f64>() + by_time.abs()) / rows.mobilities[0];
         let sticks = event.mode == Some(StructureMode::Stick) && at.friction() > 0.0;
         let grip = at.friction() * normal - tangential.abs();
-        normal <= AT_BORDER * size || (sticks && grip <= AT_BORDER * (1.0 + at.friction()) * size)
+        let least = if chattered { NEAR_ONSET } else { AT_BORDER };
+        normal <= least * size || (sticks && grip <= AT_BORDER * (1.0 + at.friction()) * size)
     }
 }

@@ -35,8 +35,9 @@ pub(crate) struct Perturbed {
     struck: Vec<usize>,
     held: ClosedStops,
     before: StructureState,
-    /// Impacts of what may become chatter.
+    /// Impacts of what may become chatter, unless none does.
     pub(super) samples: Samples,
+    samples_impacts: bool,
     /// A stop with bounces so low that rounding has spoilt the perturbations, and when.
     pub(super) low: Option<(usize, f64)>,
     /// Derivatives before and after the impacts of this instant that are still to be told, each at its
@@ -58,8 +59,22 @@ impl Perturbed {
             held: ClosedStops::default(),
             before: StructureState::default(),
             samples: Samples::default(),
+            samples_impacts: true,
             low: None,
             told: Vec::new(),
+        }
+    }
+
+    /// Of a motion of which no chatter is followed.
+    pub fn without_chatter(self) -> Self {
+        Self { samples_impacts: false, ..self }
+    }
+
+    /// Of the state at an instant of a flight, with what is worked out once.
+    pub fn at(&self, clock: Clock, columns: DMatrix<f64>) -> Self {
+        Self {
+            steppers: Arc::clone(&self.steppers),
+            ..Self::new(Arc::clone(&self.of), clock, columns)
         }
     }
 
@@ -105,11 +120,21 @@ impl Perturbed {
             }
             return Ok(());
         }
+        self.pass_to(before, &point.anchor, event)
+    }
+
+    /// The same up to what is no stop, to the leg after.
+    pub fn pass_to(
+        &mut self,
+        before: &AnchorOf<Structure>,
+        after: &AnchorOf<Structure>,
+        event: Option<&StructureEvent>,
+    ) -> Result<(), StructureTangentError> {
         match event {
-            Some(StructureEvent::Impact(impact)) => self.strike(before, &point.anchor, impact),
+            Some(StructureEvent::Impact(impact)) => self.strike(before, after, impact),
             Some(StructureEvent::Chatter(chatter)) => self.accumulate(before, chatter),
             Some(StructureEvent::Graze(_)) => Ok(()),
-            _ if *before != point.anchor => self.change(before, &point.anchor),
+            _ if before != after => self.change(before, after),
             _ => Ok(()),
         }
     }
@@ -157,9 +182,19 @@ impl Perturbed {
         self.samples.combine(by);
     }
 
+    /// What perturbations of its motions have in common.
+    pub fn linearised(&self) -> &Linearised {
+        &self.of
+    }
+
     /// What moves.
     pub fn structure(&self) -> &Structure {
         &self.of.structure
+    }
+
+    /// The time of which they are.
+    pub fn clock(&self) -> Clock {
+        self.clock
     }
 
     pub fn columns(&self) -> &DMatrix<f64> {
@@ -167,9 +202,10 @@ impl Perturbed {
     }
 
     /// From an event on: perturbations of the state at its time, in the leg that begins there.
-    fn settle(&mut self, leg: &AnchorOf<Structure>) {
+    pub fn settle(&mut self, leg: &AnchorOf<Structure>) {
         if let Some(delay) = self.delay.take() {
-            self.columns -= self.of.rates(leg, leg.clock, &leg.state) * delay;
+            let rates = self.of.rates(leg, leg.clock, &leg.state);
+            self.columns.ger(-1.0, &rates, &delay.transpose(), 1.0);
             self.struck.clear();
             self.reduce(self.of.motion.dimension(leg));
         }
@@ -198,8 +234,8 @@ impl Perturbed {
         self.struck.clear();
         let forced = self.steppers.forced(&self.of, leg, (self.clock, elapsed.hi));
         let forced = forced.map_err(StructureTangentError::Damping)?;
-        if let Some(forced) = &forced {
-            self.columns -= &forced.start;
+        if let Some(start) = forced.as_ref().and_then(|forced| forced.start.as_ref()) {
+            self.columns -= start;
         }
         self.of.homogeneous.carry(leg, elapsed, self.columns.as_mut_slice());
         if let Some(forced) = &forced {
@@ -233,6 +269,7 @@ impl Perturbed {
             held: self.held.clone(),
             before: self.before.clone(),
             samples: Samples::default(),
+            samples_impacts: self.samples_impacts,
             low: self.low,
             told: Vec::new(),
         }
@@ -347,6 +384,9 @@ impl Perturbed {
 
     /// Takes note of an impact that may belong to chatter.
     fn sample(&mut self, event: &StopImpactEvent, delay: &RowDVector<f64>) {
+        if !self.samples_impacts {
+            return;
+        }
         let (stop, kind) = (event.impact.stop, event.impact.regime.kind());
         let slip = self.of.structure.slip(stop, &event.post.v);
         let coefficient = self.of.structure.stops()[stop].coefficient();

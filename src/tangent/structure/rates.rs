@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::flight::Drive;
 use crate::model::state::Clock;
 use crate::model::structure::{
-    ModalVariation, StopVariation, Structure, StructureState, Variation,
+    Coordinates, ModalVariation, StopVariation, Structure, StructureState, Variation,
 };
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::model::{Follows, Model};
@@ -96,11 +96,11 @@ impl Linearised {
     }
 
     /// q'' without forces of stops, by modes.
-    fn free_acceleration(&self, clock: Clock, state: &StructureState) -> Vec<f64> {
+    fn free_acceleration(&self, clock: Clock, state: &StructureState) -> Coordinates {
         let trig = self.drive().trig_at(clock);
         let modes = self.structure.modes();
-        let rates: Vec<f64> = modes.iter().map(|mode| mode.along(&state.v)).collect();
-        let mut acceleration = vec![0.0; state.q.len()];
+        let rates: Coordinates = modes.iter().map(|mode| mode.along(&state.v)).collect();
+        let mut acceleration = Coordinates::from_elem(0.0, state.q.len());
         for (i, mode) in modes.iter().enumerate() {
             let square = mode.frequency.value().powi(2);
             let load = mode.load + mode.drive.re * trig.cos - mode.drive.im * trig.sin;

@@ -16,9 +16,14 @@ impl Linearised {
         if drive.has_period() { -drive.period.hi / drive.omega } else { 0.0 }
     }
 
+    /// Whether the frequency of the drive varies.
+    pub fn turns(&self) -> bool {
+        self.by.iter().any(|by| by.by.drive_frequency != 0.0)
+    }
+
     /// By how much an instant in another drive period comes later, of each column.
     pub fn later(&self, periods: i64) -> Option<RowDVector<f64>> {
-        let moves = periods != 0 && self.by.iter().any(|by| by.by.drive_frequency != 0.0);
+        let moves = periods != 0 && self.turns();
         let by_one = self.period_rate() * periods as f64;
         moves.then(|| self.each(|by| by.by.drive_frequency * by_one))
     }
