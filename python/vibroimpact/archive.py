@@ -118,4 +118,7 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
 
 
 def _damaged(path: str | os.PathLike[str], error: Exception) -> ValueError:
+    if os.fspath(path).endswith(".json"):
+        hint = "; vibroimpact.check_proof reads the certificate of a proof"
+        return ValueError(f"{path}: not a vibroimpact file of arrays{hint}")
     return ValueError(f"{path}: not a vibroimpact file, or damaged ({error!r})")

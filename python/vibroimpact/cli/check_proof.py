@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from ..errors import ParameterError
 from ..proof import check_proof
 from . import options as shared
 from .exit_codes import ExitCode
@@ -37,5 +38,9 @@ def add(subparsers: Any) -> None:
 
 def run(options: argparse.Namespace) -> ExitCode:
     """Verify a certificate and print its theorem."""
-    print(check_proof(options.file).statement)
+    try:
+        proof = check_proof(options.file)
+    except OSError as error:
+        raise ParameterError(f"FILE.json {options.file}: {error.strerror}") from error
+    print(proof.statement)
     return ExitCode.DONE

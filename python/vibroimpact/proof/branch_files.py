@@ -166,6 +166,7 @@ def _proof_from(certificate: dict[str, Any], found: Sequence[Shown]) -> BranchPr
     if reach < high:
         left.append(Unproved(lo=reach, hi=high, label="", why=_NOTHING))
     return BranchProof(
+        verdict="proved" if stretches and not left else "undecided",
         parameter=certificate["parameter"],
         stretches=tuple(stretches),
         bifurcations=tuple(bifurcations),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from ..interruption import interruptible
 from ..showing import Facts, counted
@@ -108,6 +109,8 @@ class BranchProof(Theorem):
 
     Attributes
     ----------
+    verdict
+        ``"proved"``: something is shown, and nothing is left open. ``"undecided"``: the rest.
     parameter
         The one that varies.
     stretches
@@ -134,13 +137,14 @@ class BranchProof(Theorem):
     ProvedStretch(lo=1.798, hi=1.802, verdict='proved', stability='stable', label='1-1', why='')
     """
 
+    verdict: Literal["proved", "undecided"]
     parameter: str
     stretches: tuple[ProvedStretch, ...]
     bifurcations: tuple[ProvedBifurcation, ...]
     uncovered: tuple[Unproved, ...]
 
     def _facts(self) -> Facts:
-        facts: Facts = {"parameter": self.parameter}
+        facts: Facts = {"parameter": self.parameter, "verdict": self.verdict}
         for one in self.stretches:
             told = one.stability if one.verdict == "proved" else "no motion"
             facts[f"{one.lo:.9g} ... {one.hi:.9g}"] = f"{one.label} {told}"

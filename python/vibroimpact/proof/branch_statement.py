@@ -7,7 +7,8 @@ from typing import Any
 
 from ..showing import counted
 from .branch_result import BranchProof
-from .statement import machine_sentence
+from .chain import changed
+from .statement import VARIES, machine_sentence
 
 #: Stretches and bifurcations that are printed.
 _MOST = 20
@@ -59,7 +60,8 @@ def _fixed(certificate: Mapping[str, Any]) -> Mapping[str, Any]:
     """The machine without the number that varies."""
     machine: Mapping[str, Any] = certificate["machine"]
     if machine["kind"] == "structure":
-        return machine
+        fixed: Mapping[str, Any] = changed(machine, certificate["place"], VARIES)
+        return fixed
     (symbol,) = certificate["place"]
     others = {name: x for name, x in machine["numbers"].items() if name != symbol}
     return {**machine, "numbers": others}

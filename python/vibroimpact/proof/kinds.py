@@ -89,6 +89,13 @@ def read_proof(path: str | os.PathLike[str]) -> AnyProof:
         raw = file.read()
     try:
         content = json.loads(raw, object_pairs_hook=_entries)
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise ProofError(f"{path}: no certificate, or a damaged one: it is no JSON text") from error
+    except ProofError:
+        raise
+    except (ValueError, RecursionError) as error:
+        raise ProofError(f"damaged: {error!r}") from error
+    try:
         return _verified(content)
     except ProofError:
         raise

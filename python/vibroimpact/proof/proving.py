@@ -69,6 +69,7 @@ def _scales(nodes: Array, omega: float) -> Array:
     """Sizes of the unknowns of a node: coordinates, speeds, time."""
     n = nodes.shape[1] // 2
     length = max(float(np.abs(nodes[:, :n]).max()), float(np.abs(nodes[:, n:-1]).max()) / omega)
+    length = length or 1.0  # at rest at 0 nothing has a size
     return np.array([length] * n + [length * omega] * n + [1.0 / omega])
 
 
@@ -131,7 +132,7 @@ def _refined(orbit: Orbit, start: Array, sizes: Array, precision: int) -> list[a
         z = [(x - dx).mid() for x, dx in zip(z, change, strict=True)]
         moved = max(abs(x - y) / s for x, y, s in zip(z, begin, scale, strict=True))
         if not moved < _NEAR:
-            raise Undecided("there is no solution near the motion")
+            raise Undecided("Newton's method finds no solution near the motion")
         last = max(abs(dx) / s for dx, s in zip(change, scale, strict=True))
         if last < goal:
             return z

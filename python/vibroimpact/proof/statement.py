@@ -16,6 +16,8 @@ from .verifier import CIRCUIT
 _MOST = 4
 #: Part of a number that is lost by printing it in 17 digits, and in 15.
 PRINTED, _SHORTER = 1e-16, 1e-14
+#: In the place of a number that is none.
+VARIES = "varies"
 _OF_STRUCTURE = (
     *("mass", "stiffness", "damping", "damping_ratios", "static_load", "drive_amplitude"),
     *("drive_frequency", "phase"),
@@ -95,6 +97,8 @@ def _down(bound: float) -> str:
 
 def _number(text: str) -> str:
     """The shortest decimal of a double; another number as the certificate has it."""
+    if text == VARIES:
+        return text
     number = exact(text)
     value = Fraction(int(number.p), int(number.q))
     return repr(float(value)) if Fraction(float(value)) == value else text

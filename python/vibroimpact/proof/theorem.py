@@ -18,7 +18,12 @@ from ..verbs import verb
 class Theorem(Shown):
     """A proof that prints as its statement; without a certificate it shows nothing."""
 
+    verdict: str
     certificate: Mapping[str, Any] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        """Whether the verdict is "proved"."""
+        return self.verdict == "proved"
 
     @cached_property
     def statement(self) -> str:
