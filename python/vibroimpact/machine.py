@@ -91,6 +91,11 @@ class Machine(ByValue, Shown):
         return ", ".join(self._numbers_by_name)
 
     @property
+    def _made_as(self) -> str:
+        """An example of a function that makes the machine, for a message; none need be."""
+        return ""
+
+    @property
     @abstractmethod
     def _compiled(self) -> _core.System | _core.Structure:
         """The compiled form."""

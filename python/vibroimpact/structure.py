@@ -36,7 +36,7 @@ from .stop import (
     numbers_in_words,
     with_changes,
 )
-from .structure_fields import checked_fields, drive_of_pairs
+from .structure_fields import checked_fields, drive_of_pairs, warn_of_ratios
 from .verbs import verb
 
 Array = NDArray[np.float64]
@@ -85,6 +85,11 @@ class Structure(Machine):
     ------
     ParameterError
         Names the parameter, its value and what is allowed.
+
+    Warns
+    -----
+    UserWarning
+        If a damping ratio is 1 or more, as when it is given in per cent.
 
     Examples
     --------
@@ -146,6 +151,7 @@ class Structure(Machine):
             law=law,
             simultaneous=simultaneous,
         )
+        warn_of_ratios(self.damping_ratios, stacklevel=4)
 
     @classmethod
     @naming
@@ -230,6 +236,7 @@ class Structure(Machine):
             law=law,
             simultaneous=simultaneous,
         )
+        warn_of_ratios(structure.damping_ratios, stacklevel=5)
         return structure
 
     def _set(
@@ -418,6 +425,12 @@ class Structure(Machine):
     @property
     def _numbers_in_words(self) -> str:
         return numbers_in_words([stop.restitution for stop in self.stops])
+
+    @property
+    def _made_as(self) -> str:
+        drive = ", ".join(["F", *["0"] * (self.coordinates - 1)][:4])
+        more = ", ..." if self.coordinates > 4 else ""
+        return f", such as lambda F: structure.replace(drive_amplitude=[{drive}{more}])"
 
     def _starts(self, initial: Any) -> Array:
         return starts(initial, self.coordinates)

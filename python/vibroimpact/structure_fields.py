@@ -1,9 +1,11 @@
 """Checks of the fields of a structure: type, shape and finiteness; the core checks the ranges."""
 
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .arguments import complex_vector, matrix, number, reject, vector
 from .by_value import fixed
@@ -81,3 +83,15 @@ def checked_fields(given: Mapping[str, Any], *, count: int, modes: int) -> dict[
             reject(name, choice, ", ".join(f"{one!r} ({what})" for one, what in known.items()))
     fields["stops"] = checked_stops(fields["stops"], count)
     return fields
+
+
+def warn_of_ratios(ratios: NDArray[np.float64] | None, stacklevel: int) -> None:
+    """Warn of damping ratios at which a mode does not oscillate: per cent are meant, perhaps."""
+    over = [] if ratios is None else np.flatnonzero(ratios >= 1.0).tolist()
+    if ratios is not None and over:
+        ratio = float(ratios[over[0]])
+        warnings.warn(
+            f"damping_ratios[{over[0]}] = {ratio:g}: from 1 on a mode does not oscillate; "
+            f"{ratio:g} per cent are {0.01 * ratio:g}",
+            stacklevel=stacklevel,  # who called the method, which has decorators
+        )

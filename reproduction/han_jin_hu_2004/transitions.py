@@ -317,13 +317,13 @@ def _entries(
         text = f"{share:.0%}" if share >= 0.01 else f"{share:.1%}" if share >= 1e-3 else "< 0.1%"
         handle.set_label(f"{handle.get_label()} ({text} of the impacts{of})")
     if stroboscopic:
-        handles += _density("right, once per drive period, no regime")
+        handles += _density("right: states once per drive period")
     return [*handles, *strips]
 
 
 def _density(points: str) -> list[Artist]:
     """Return the legend entry of black points, which are grey where they are few."""
-    return [square(BLACK, f"{points}: the darker, the more")]
+    return [square(BLACK, f"{points}, darker where they are denser")]
 
 
 def regimes_of(diagrams: Sequence[Diagram]) -> set[int]:

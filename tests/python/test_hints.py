@@ -100,6 +100,21 @@ def test_a_table_tells_how_its_columns_are_read():
     assert RUN.impacts.shape == np.asarray(RUN.impacts).shape
 
 
+def test_a_figure_that_is_not_there_says_which_was_meant():
+    with pytest.raises(AttributeError, match=r"no attribute 'bifurcations', did you mean bifurca"):
+        vi.plot.bifurcations  # noqa: B018
+    assert not hasattr(vi.plot, "_zzz")
+
+
+@pytest.mark.parametrize(
+    "draw", [vi.plot.time_history, vi.plot.gap_history, vi.plot.phase_portrait]
+)
+@pytest.mark.parametrize("window", [(500.0, 600.0), (-1.0, 2.0)])
+def test_a_window_that_is_not_kept_is_named(draw, window):
+    with pytest.raises(vi.ParameterError, match=r"^window = .* times in the kept window"):
+        draw(RUN, window=window)
+
+
 # `publication_style` takes nothing.
 DRAWING = [
     name

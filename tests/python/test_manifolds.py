@@ -220,8 +220,11 @@ def test_manifolds_are_drawn(near_the_fold):
     )
     assert np.array_equal(drawn, expected[:, 2:])
     labels = {text.get_text() for text in ax.get_legend().get_texts()}
-    names = {"to 4-5", "to 2-2", "points of 4-5", "points of 2-2"}
-    assert labels == {"saddle 4-5"} | names
+    names = {"to stable 4-5", "to stable 2-2", "stable 4-5", "stable 2-2"}
+    assert labels == {"unstable 4-5 (saddle)"} | names
+    assert ax.get_ylabel().endswith(r"of body 2 once per drive period, at $\psi = 0$")
+    alone = vi.plot.manifold(near_the_fold.sides[0], ax=Figure().subplots())
+    assert alone.get_xlabel().endswith("of body 1 once per drive period")
     with pytest.raises(vi.ParameterError, match="x = 'phase'"):
         vi.plot.manifold(near_the_fold, x="phase")
 

@@ -157,6 +157,16 @@ def test_values_without_impact_are_marked_above_their_empty_columns(diagram, ax)
     text = "no impact in the kept drive periods"
     assert [entry.get_text() for entry in ax.get_legend().get_texts()] == [text]
     assert [handle.get_label() for handle in vi.plot.no_impact_handles(free)] == [text]
+    both = vi.bifurcation_diagram(
+        free.system.replace(moment_amplitude=0.05),
+        initial=(0, 0, 0, 0),
+        periods=20,
+        keep=5,
+        start=["forward", "backward"],
+        drive_frequency=[3.8, 4.0],
+    )
+    (handle,) = vi.plot.no_impact_handles(both)
+    assert handle.get_label() == f"{text}, on any branch"
     # Of a run that stopped early nobody knows.
     assert vi.plot.no_impact_handles(with_columns(free, status=np.full(4, "jammed"))) == []
     assert vi.plot.no_impact_handles(diagram) == []

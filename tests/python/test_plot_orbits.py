@@ -205,6 +205,7 @@ def test_a_diagram_lies_beneath_the_branches(motions, branches, ax):
     assert np.array_equal(points.get_offsets(), wanted)
     grey = points.get_facecolor()[0, :3]
     assert grey.min() == grey.max() > 0.5
+    assert "simulated" in [text.get_text() for text in ax.get_legend().get_texts()]
     assert points.get_zorder() < min(
         item.get_zorder() for item in ax.collections if isinstance(item, LineCollection)
     )

@@ -7,6 +7,7 @@ import json
 import math
 import pickle
 import re
+import warnings
 
 import hypothesis.strategies as st
 import numpy as np
@@ -440,3 +441,17 @@ def test_a_notebook_shows_the_numbers_of_a_structure():
 def test_starts_are_checked(initial, words):
     with pytest.raises(vi.StateError, match=f"^{re.escape(words)}"):
         structure()._starts(initial)
+
+
+@pytest.mark.parametrize("ratios", [2, [0.01, 2.0]])
+def test_damping_ratios_in_per_cent_are_warned_of(ratios):
+    said = r"^damping_ratios\[[01]\] = 2: from 1 on a mode does not oscillate; 2 per cent are 0.02$"
+    basis = (np.eye(2), [[2, -1], [-1, 2]], [])
+    with pytest.warns(UserWarning, match=said) as caught:
+        vi.Structure(*basis, damping_ratios=ratios)
+    assert caught[0].filename == __file__
+    with pytest.warns(UserWarning, match=said) as caught:
+        vi.Structure.from_modes([1.0, 3.0], np.eye(2), [], damping_ratios=ratios)
+    assert caught[0].filename == __file__
+    with warnings.catch_warnings(action="error"):
+        vi.Structure(*basis, damping_ratios=0.99)

@@ -62,7 +62,8 @@ def test_basins_offer_the_coordinates_of_the_structure(name, meant):
 def test_a_grid_says_that_a_function_varies_anything():
     said = refusal(GRIDS["bifurcation_diagram"], drive_amplitude=LINE)
     assert "force_amplitude" not in said
-    assert "or an argument of a function that makes the structure; options: initial" in said
+    example = "such as lambda F: structure.replace(drive_amplitude=[F, 0])"
+    assert f"a function that makes the structure, {example}; options: initial" in said
 
 
 def test_an_axis_of_a_function_that_is_missing_is_named():

@@ -90,7 +90,7 @@ def measure(
             f"what = {what!r} is not allowed{hint or ';'} allowed: {kinds_in_words(run.system)}"
         )
     if run.kept_from > 0.0:
-        reject("run", run, "a run that keeps all, from t = 0 on")
+        reject("run", run, "a run that keeps all, from t = 0 on: simulated without keep=")
     noise, jitter = not_negative("noise", noise), not_negative("jitter", jitter)
     for label, size, most in (("noise", noise, _MOST), ("jitter", jitter, run.final_state.time)):
         if size > most:

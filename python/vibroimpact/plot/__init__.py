@@ -4,6 +4,9 @@ The functions draw what a result (`Run`, `Diagram`, `ImpactRegimes` ...) holds a
 dynamics.
 """
 
+from typing import Any
+
+from ..hints import meant_in_package
 from .animation import animation
 from .attractors import attractor, motion_search
 from .axis_names import PARAMETER_SYMBOLS
@@ -42,6 +45,13 @@ from .style import (
     regime_handles,
 )
 from .verification import verification
+
+
+def __getattr__(name: str) -> Any:
+    """Refuse a name that is not here; the error says which was meant."""
+    hint = "" if name[:1] == "_" else meant_in_package(name, __all__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
+
 
 __all__ = [
     "BASIN_COLORS",

@@ -26,7 +26,7 @@ from ..sweeps.structure_diagram_results import StructureDiagram
 from .axis_names import PARAMETER_SYMBOLS, SECTIONS, axis_name
 from .branch_lines import draw_lines, line_handles, lines_of
 from .branch_views import StructureView, SystemView, View
-from .diagram import bifurcation, no_impact_handles
+from .diagram import bifurcation, no_impact_handles, square
 from .given import expected
 from .parameter_units import piece_label
 from .style import (
@@ -165,7 +165,7 @@ def branches(
     if legend:
         handles = line_handles(many, lines, names=True) + _found_handles(many)
         if diagram is not None:
-            handles += no_impact_handles(diagram)
+            handles += [square(_DIAGRAM_GREY, "simulated"), *no_impact_handles(diagram)]
         legend_above(ax, handles, columns=3)
     ax.autoscale_view()
     ax.set_xlabel(view.parameter_label if held else axis_name(name, made=False))

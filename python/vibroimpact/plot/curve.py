@@ -82,6 +82,9 @@ def sample(
         of the run, or `periods` is given for a system without drive period.
     """
     start, end = span = shown_window(run, window, periods)
+    first, last = float(run.kept_from), float(run.final_state.time)
+    if not first <= start < end <= last:
+        reject("window", span, f"a pair of times in the kept window, {first!r} to {last!r}")
     grid = _grid(run, span, points_per_period)
     grid = np.union1d(grid, times_within(run.contacts["time"], span))
     impacts = run.impacts

@@ -92,7 +92,7 @@ def bifurcation(
     completion of the chatter are drawn there, and the infinitely many others lie at the tip of the
     column. With several branches, strip and rug mark what occurs on any of them. A grey strip there
     marks the runs that came to their end and have no impact in the kept drive periods: their
-    columns of the impact section are empty.
+    columns of the impact section are empty, of several branches on each.
 
     Parameters
     ----------
@@ -313,11 +313,11 @@ def branch_names(diagram: AnyDiagram[Any]) -> list[str]:
 
 @naming
 def contact_fraction(diagram: Diagram | StructureDiagram, *, ax: Axes | None = None) -> Axes:
-    r"""Draw the part of the time in sustained contact against the parameter.
+    r"""Draw the fraction of the time in sustained contact against the parameter.
 
-    The time is that of the kept drive periods, so that for a settled motion this is the part of
-    the drive period. Values where nothing is kept leave a gap. Several branches have the colours of
-    `bifurcation`.
+    The time is that of the kept drive periods, so that for a settled motion this is the fraction
+    of the drive period. Values where nothing is kept leave a gap. Several branches have the colours
+    of `bifurcation`.
 
     Parameters
     ----------
@@ -356,7 +356,7 @@ def contact_fraction(diagram: Diagram | StructureDiagram, *, ax: Axes | None = N
         ax.plot(diagram.values, fraction, color=color, lw=0.7)
     ax.set_ylim(bottom=0.0)
     along_parameter(ax, diagram.values, grid_label(diagram, diagram.parameter_name))
-    ax.set_ylabel("part in contact")
+    ax.set_ylabel("fraction of time\nin contact")
     return ax
 
 
@@ -417,7 +417,8 @@ def no_impact_handles(diagram: AnyDiagram[Any]) -> list[Artist]:
     """
     if not _without_impact(diagram).any():
         return []
-    return [square(_NO_IMPACT_GREY, _NO_IMPACT_TEXT)]
+    of_all = ", on any branch" if diagram.branch.any() else ""
+    return [square(_NO_IMPACT_GREY, _NO_IMPACT_TEXT + of_all)]
 
 
 def _without_impact(diagram: AnyDiagram[Any]) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from ..arguments import naming, positive, reject
 from ..orbits import ManifoldSide, PeriodicMotion, UnstableManifold
-from .axis_names import STATE_NAMES
+from .axis_names import ONCE_A_PERIOD, STATE_NAMES, at_drive_phase
 from .style import BLACK, BLUE, VERMILLION, legend_above, new_axes
 
 _STATES = ("x1", "v1", "x2", "v2")
@@ -28,7 +28,7 @@ def manifold(
     legend: bool = True,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw both sides of an unstable manifold, each in its colour, open where it is broken.
+    r"""Draw both sides of an unstable manifold, each in its colour, open where it is broken.
 
     The saddle is a cross. The points of its attractors are dots for the first side and rings for
     the second; those outside the manifold's frame are not shown. Of a side alone only the curve is
@@ -67,7 +67,7 @@ def manifold(
     >>> saddle = motion.follow(drive_frequency=(1.5, 1.8)).at(drive_frequency=1.55)[0]
     >>> manifold = vi.unstable_manifold(saddle, length=0.5, settle=300)
     >>> vi.plot.manifold(manifold, x="x2", y="v2").get_xlabel()
-    'position $x_2$ of body 2'
+    'position $x_2$ of body 2 once per drive period, at $\\psi = 0$'
     """
     if not isinstance(result, UnstableManifold | ManifoldSide):
         reject("result", result, "an UnstableManifold, or one of its sides")
@@ -94,8 +94,8 @@ def manifold(
         handles = [*marks, *handles, *_mark_attractors(ax, whole, (first, second), size)]
     if legend:
         legend_above(ax, handles)
-    ax.set_xlabel(STATE_NAMES[x])
-    ax.set_ylabel(STATE_NAMES[y])
+    ax.set_xlabel(_label(x, whole))
+    ax.set_ylabel(_label(y, whole))
     return ax
 
 
@@ -107,7 +107,7 @@ def _mark_saddle(ax: Axes, result: UnstableManifold, shown: tuple[int, int], siz
         ms=1.3 * size,
         mew=0.0,
         zorder=4,
-        label=f"saddle {result.motion.label}",
+        label=f"unstable {result.motion.label} (saddle)",
     )
     return cross
 
@@ -133,12 +133,20 @@ def _mark_attractors(
                 scalex=False,
                 scaley=False,
                 zorder=3,
-                label=f"points of {attractor.label}",
+                label=f"stable {attractor.label}",
                 **ring,
             )
             handles.append(marks)
     return handles
 
 
+def _label(component: str, result: UnstableManifold | None) -> str:
+    """Return the name of an axis; a side alone does not know the phase of its section."""
+    if result is None:
+        return f"{STATE_NAMES[component]} once per drive period"
+    phase = result.motion.system.phase + result.section_phase
+    return at_drive_phase(ONCE_A_PERIOD[component], phase)
+
+
 def _name(attractor: PeriodicMotion | str) -> str:
-    return attractor.label if isinstance(attractor, PeriodicMotion) else attractor
+    return f"stable {attractor.label}" if isinstance(attractor, PeriodicMotion) else attractor

@@ -141,7 +141,7 @@ def checked_axes(
         return {name: axis(name, values) for name, values in axes.items()}
     machine = machine_of(system)
     more = machine.coordinates if starts else ()
-    also = f"or an argument of a function that makes the {system._WHAT}"
+    also = f"or an argument of a function that makes the {system._WHAT}{system._made_as}"
     shown = ", ".join((machine.system._numbers_in_words, *first_of_each(more), also))
     swept(function, axes, [*machine.numbers, *more], exactly=exactly, shown=shown)
     checked = {}
