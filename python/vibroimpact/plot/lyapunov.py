@@ -186,7 +186,7 @@ def _along(ax: Axes, curves: _Curves) -> None:
         color = curves.colors[k]
         finite = np.where(np.isfinite(exponent), exponent, np.nan)[order]
         half = np.where(np.isfinite(finite), error[order], np.nan)
-        band = {"color": color, "alpha": _BAND, "lw": 0.0}
+        band: dict[str, Any] = {"color": color, "alpha": _BAND, "lw": 0.0}
         # Of several each has the colour of its curve.
         text = "standard error" if len(curves.exponents) == 1 else "_nolegend_"
         ax.fill_between(values[order], finite - half, finite + half, label=text, **band)
