@@ -389,6 +389,6 @@ def test_a_structure_without_stops_and_one_with_many_are_shown():
     blocks, _, _ = shown_in(moving, 0)
     assert len(blocks) == 8
     said = [text.get_text() for text in moving.figure.axes[0].texts]
-    assert "and 2 more, which are struck less" in said
+    assert "and 2 more, which are struck less; marks on walls: impacts" in said
     shown = {int(text.split()[1].strip(":")) for text in said if text.startswith("stop ")}
     assert shown >= {*np.unique(run.impacts["stop"]).tolist()}

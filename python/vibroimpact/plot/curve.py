@@ -84,7 +84,7 @@ def sample(
     start, end = span = shown_window(run, window, periods)
     first, last = float(run.kept_from), float(run.final_state.time)
     if not first <= start < end <= last:
-        reject("window", span, f"a pair of times in the kept window, {first!r} to {last!r}")
+        reject("window", span, f"times in the kept window, {first!r} to {last!r}")
     grid = _grid(run, span, points_per_period)
     grid = np.union1d(grid, times_within(run.contacts["time"], span))
     impacts = run.impacts

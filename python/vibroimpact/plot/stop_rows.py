@@ -202,9 +202,9 @@ class StopRows:
                 if np.ptp(shown.walls[:, j]) == 0.0:
                     self._wall(y, j, 0)
         more = self._all - count
-        if more > 0:
-            words = f"and {more} more, which are struck less"
-            ax.text(-half, 0.3 - count, words, color="0.4", fontsize=8)
+        words = [f"and {more} more, which are struck less"] if more > 0 else []
+        words += ["marks on walls: impacts"] if len(self._impacts) else []
+        ax.text(-half, 0.3 - count, "; ".join(words), color="0.4", fontsize=8)
         middle, tall = -0.5 * (count - 1), 0.5 * max(count + 0.8, _LEAST)
         ax.set_ylim(middle - tall, middle + tall)
         ax.set_xlim(-0.42, 1.42)

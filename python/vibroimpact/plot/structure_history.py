@@ -142,13 +142,18 @@ def coordinate_style(place: int) -> dict[str, Any]:
 def shown_coordinates(
     given: Any, structure: Structure, *, few: int = _FEW
 ) -> tuple[Combination, ...]:
-    """Return the coordinates to draw: by default a few, those on which stops act before others."""
+    """Return the coordinates to draw: by default a few, those that meet stops before others.
+
+    A coordinate that meets a stop by itself shows that in a picture, where its wall is; then come
+    those that meet one together with others.
+    """
     size = structure.coordinates
     if given is None:
-        met = np.zeros(size, dtype=bool)
+        met = np.zeros(size)
         for stop in structure.stops:
-            met |= stop.normal != 0.0
-        order = np.argsort(~met, kind="stable")[:few]
+            acts = stop.normal != 0.0
+            met[acts] = np.maximum(met[acts], 1.0 / np.count_nonzero(acts))
+        order = np.argsort(-met, kind="stable")[:few]
         return tuple(single(i) for i in sorted(order.tolist()))
     many = [given] if isinstance(given, int | np.integer | str) else given
     if not isinstance(many, Sequence | np.ndarray) or not 0 < len(many) <= _MOST:
