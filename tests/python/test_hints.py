@@ -115,6 +115,11 @@ def test_a_window_that_is_not_kept_is_named(draw, window):
         draw(RUN, window=window)
 
 
+def test_a_proof_says_how_a_run_becomes_a_motion():
+    with pytest.raises(vi.ParameterError, match=r"^motion = <Run .* as run\.refine\(\) gives it; "):
+        vi.prove(RUN)
+
+
 # `publication_style` takes nothing.
 DRAWING = [
     name

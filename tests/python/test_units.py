@@ -72,7 +72,7 @@ def test_a_motion_is_drawn_in_si(system, orbit):
         pairs = zip(drawn_lines([one]), drawn_lines([other]), strict=True)
         assert all(np.allclose(b, a * factor, rtol=1e-13, equal_nan=True) for a, b in pairs)
     assert [ax.get_xlabel() for ax in si] == [
-        "position $x_1$ of body 1 (rad)",
+        "angle $x_1$ of body 1 (rad)",
         "position $x_2$ of body 2 (m)",
         "time $t$ (s)",
     ]

@@ -146,13 +146,20 @@ def of_bodies(what: str, signs: Mapping[int, str]) -> str:
     what : {"x", "v"}
         Which of them.
     signs : mapping from int to str
-        For each body the sign of its unit in brackets, or nothing.
+        For each body the sign of its unit, or nothing.
     """
     if len(signs) == 1:
         ((body, sign),) = signs.items()
-        return f"{STATE_NAMES[f'{what}{body}']}{sign}"
-    each = (f"{STATE_SYMBOLS[f'{what}{body}']}{sign}" for body, sign in signs.items())
+        return in_unit(STATE_NAMES[f"{what}{body}"], sign)
+    each = (in_unit(STATE_SYMBOLS[f"{what}{body}"], sign) for body, sign in signs.items())
     return f"{_RATES[what][1]} {', '.join(each)}"
+
+
+def in_unit(text: str, sign: str) -> str:
+    """Return the label of an axis with the sign of its unit; a position in rad is an angle."""
+    if sign == "rad":
+        text = text.replace(_RATES["x"][0], "angle")
+    return f"{text} ({sign})" if sign else text
 
 
 def measured_name(kind: str) -> str:

@@ -27,7 +27,7 @@ from ..sweeps.columns import COORDINATES
 from ..sweeps.grid_machine import START
 from ..sweeps.results import GridResult
 from ..system import System
-from .axis_names import PARAMETER_SYMBOLS, axis_name, structure_axis_name, worded
+from .axis_names import PARAMETER_SYMBOLS, axis_name, in_unit, structure_axis_name, worded
 
 Array = NDArray[np.float64]
 
@@ -195,4 +195,4 @@ def _factor(scales: Scales | None, column: str) -> float:
 def with_unit(text: str, column: str, *, is_si: bool) -> str:
     """Return the label of an axis with the sign of the unit of a column, in SI."""
     sign = COLUMN_UNITS[column][1] if is_si else ""
-    return f"{text} ({sign})" if sign else text
+    return in_unit(text, sign)

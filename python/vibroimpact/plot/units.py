@@ -12,7 +12,7 @@ from ..run import Run
 from ..run_in_si import times_of_run
 from ..scales import COLUMN_UNITS, Scales, Units, chosen
 from ..system import System
-from .axis_names import STATE_NAMES, of_bodies
+from .axis_names import STATE_NAMES, in_unit, of_bodies
 from .curve import shown_window
 
 Array = NDArray[np.float64]
@@ -66,13 +66,12 @@ class AxisUnits:
     def label(self, column: str, text: str | None = None) -> str:
         """Return the label of an axis for a column, by default its name, with its unit in SI."""
         said = STATE_NAMES.get(column, column) if text is None else text
-        return f"{said}{self._sign(column)}"
+        return in_unit(said, self._sign(column))
 
     def of_bodies(self, what: str, bodies: Sequence[int]) -> str:
         """Return the label of an axis of positions "x" or velocities "v" of some bodies."""
         return of_bodies(what, {body: self._sign(f"{what}{body}") for body in bodies})
 
     def _sign(self, column: str) -> str:
-        """Return the sign of the unit of a column in brackets; nothing where there is none."""
-        sign = COLUMN_UNITS.get(column, ("", ""))[1]
-        return f" ({sign})" if self.is_si and sign else ""
+        """Return the sign of the unit of a column; nothing where there is none."""
+        return COLUMN_UNITS.get(column, ("", ""))[1] if self.is_si else ""

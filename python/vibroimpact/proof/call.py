@@ -105,7 +105,8 @@ def prove(
     """
     kinds = (PeriodicMotion, StructureOrbit, PeriodicMotions, Branch)
     if not isinstance(motion, kinds):
-        allowed = "a PeriodicMotion, a motion of a Structure, PeriodicMotions, or a Branch"
+        one = "a PeriodicMotion, or a motion of a Structure, as run.refine() gives it"
+        allowed = f"{one}; PeriodicMotions; or a Branch"
         reject("motion", motion, allowed)
     max_tubes = count("max_tubes", max_tubes, least=1)
     progress = flag("progress", progress)
