@@ -76,7 +76,7 @@ def test_a_page_says_where_runs_stopped():
     # A motion at rest was carried to the end asked for.
     assert "grey rug: 1 runs ended by event_cap, 1 runs ended by painleve" in texts(page)
     assert "frictionless (100% of the impacts)" in texts(page)
-    assert "right, once per drive period, no regime" in texts(page)
+    assert "right: states once per drive period, darker where they are denser" in texts(page)
     assert "grey rug" not in texts(transitions.draw(7, [(BY_ID["7c"], diagram)], "regime"))
 
 

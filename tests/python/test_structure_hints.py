@@ -297,7 +297,7 @@ def test_a_branch_names_what_was_given_and_what_its_machine_has():
     assert refusal(orbit().follow, mass=(0.5, 2)) == (
         "unknown argument mass; what can vary: drive_frequency, phase, gap, restitution, friction, "
         "gap_0, restitution_0, friction_0, or with system= an argument of a function that makes "
-        "the structure"
+        "the structure, such as lambda F: structure.replace(drive_amplitude=[F])"
     )
     assert "unknown argument steps, did you mean step?" in refusal(orbit().follow, steps=0.1)
     branch = orbit().follow(drive_frequency=(1.95, 2.05))

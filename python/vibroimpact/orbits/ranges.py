@@ -142,5 +142,5 @@ def _check_name(system: System | Structure, name: str) -> None:
     known = system._numbers_by_name
     if name not in known:
         also = f"or with system= an argument of a function that makes the {system._WHAT}"
-        rest = f"what can vary: {system._numbers_in_words}, {also}"
+        rest = f"what can vary: {system._numbers_in_words}, {also}{system._made_as}"
         raise unknown(name, [*known, *_OPTIONS], rest)
