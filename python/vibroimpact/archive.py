@@ -10,6 +10,7 @@ import os
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -118,7 +119,7 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
 
 
 def _damaged(path: str | os.PathLike[str], error: Exception) -> ValueError:
-    if os.fspath(path).endswith(".json"):
+    if Path(path).suffix == ".json":
         hint = "; vibroimpact.check_proof reads the certificate of a proof"
         return ValueError(f"{path}: not a vibroimpact file of arrays{hint}")
     return ValueError(f"{path}: not a vibroimpact file, or damaged ({error!r})")

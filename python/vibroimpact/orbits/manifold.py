@@ -93,7 +93,7 @@ class ManifoldSide(FixedArrays, Shown):
         Examples
         --------
         >>> side.plot().get_xlabel()
-        'position $x_1$ of body 1'
+        'position $x_1$ of body 1 once per drive period'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
@@ -172,7 +172,7 @@ class UnstableManifold(FixedArrays, Shown):
         )
 
     def plot(self, **options: Any) -> Axes:
-        """Draw both sides, by ``vi.plot.manifold``.
+        r"""Draw both sides, by ``vi.plot.manifold``.
 
         Parameters
         ----------
@@ -186,7 +186,7 @@ class UnstableManifold(FixedArrays, Shown):
         Examples
         --------
         >>> manifold.plot().get_xlabel()
-        'position $x_1$ of body 1'
+        'position $x_1$ of body 1 once per drive period, at $\\psi = 0$'
         """
         axes: Axes = verb("draw")(self, **options)
         return axes
