@@ -25,6 +25,15 @@ PRESSED = vi.Structure(
     drive_amplitude=[0.5, 0.2],
     drive_frequency=1.0,
 )
+# A damped mass that settles on a 1-1 motion.
+OSCILLATOR = vi.Structure(
+    [[1]],
+    [[1]],
+    [vi.Stop([1], 0.3, 0.8)],
+    damping_ratios=0.05,
+    drive_amplitude=[1],
+    drive_frequency=2.0,
+)
 # Three points of a beam of two modes, driven at its tip, which meets a stop.
 BEAM = vi.Structure.from_modes(
     [1.0, 3.0],

@@ -3,16 +3,8 @@
 import pytest
 
 import vibroimpact as vi
+from struck import OSCILLATOR
 from systems import PAPER
-
-OSCILLATOR = vi.Structure(
-    [[1]],
-    [[1]],
-    [vi.Stop([1], 0.3, 0.8)],
-    damping_ratios=0.05,
-    drive_amplitude=[1],
-    drive_frequency=2.0,
-)
 
 
 @pytest.mark.parametrize(

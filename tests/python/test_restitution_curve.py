@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from restitution_curves import CURVES, TABLE, check_product, same
 
-TABLE = vi.RestitutionTable([0.05, 0.3, 1.0], [0.9, 0.75, 0.5])
-LAW = vi.RestitutionPowerLaw(0.9, 0.05, 0.2)
-CURVES = [TABLE, LAW]
 BASE = {
     "mass_ratio": 0.6,
     "frequency_ratio": 2.0,
@@ -26,16 +24,6 @@ START = (0.0, 0.5, 0.0, 0.0)
 def system(restitution, **more):
     """Return a system of this restitution."""
     return vi.System(restitution=restitution, **(BASE | more))
-
-
-def same(one, other):
-    """Whether two runs have equal bits."""
-    return (
-        one.impacts.tobytes() == other.impacts.tobytes()
-        and one.stroboscopic.tobytes() == other.stroboscopic.tobytes()
-        and one.events.tobytes() == other.events.tobytes()
-        and one.stop_reason == other.stop_reason
-    )
 
 
 @pytest.mark.parametrize("law", ["poisson", "newton", "energetic", "paper"])
@@ -152,19 +140,9 @@ def test_an_impact_at_a_knot_is_marked():
 
 @pytest.mark.parametrize("curve", CURVES)
 def test_multipliers_have_the_product_of_the_determinants(curve):
-    """Without friction det(dv+/dv-) = -(r + u dr/du), and g'+/g'- = -r."""
     here = system(curve, drive_frequency=1.25, moment_amplitude=1.3)
     motion = vi.simulate(here, initial=START, periods=600, keep=60).refine()
-    run = vi.simulate(here, initial=motion.initial, periods=motion.m)
-    product = np.exp(-2.0 * 0.02 * 2.0 * motion.m * here.drive_period)
-    step = 1e-7
-    for u in run.impacts["approach_velocity"]:
-        r, slope = curve(u), (curve(u + step) - curve(u - step)) / (2.0 * step)
-        product *= r * (r + u * slope)
-    assert np.prod(motion.multipliers).real == pytest.approx(product, rel=1e-6)
-    exponents = vi.lyapunov_spectrum(here, initial=motion.initial, periods=400).exponents
-    rate = np.log(product) / (motion.m * here.drive_period)
-    assert np.sum(exponents) == pytest.approx(rate, rel=1e-3)
+    check_product(curve, motion, motion.initial, 2.0 * 0.02 * 2.0)
 
 
 @pytest.mark.parametrize("curve", CURVES)

@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-
-TABLE = vi.RestitutionTable([0.05, 0.3, 1.0], [0.9, 0.75, 0.5])
-LAW = vi.RestitutionPowerLaw(0.9, 0.05, 0.2)
-CURVES = [TABLE, LAW]
-REST = {1: np.zeros((2, 1)), 2: np.zeros((2, 2))}
+from restitution_curves import CURVES, LAW, TABLE, check_product, same
+from struck import REST
 
 
 def pair(one, other=0.8, *, friction=0.0, law="poisson", simultaneous="stop", **more):
@@ -33,13 +30,6 @@ def single(restitution, **more):
     """Return a driven mass with one stop."""
     fields = {"damping_ratios": [0.02], "drive_amplitude": [1.0], "drive_frequency": 2.0}
     return vi.Structure([[1]], [[1]], [vi.Stop([1], 0.2, restitution)], **(fields | more))
-
-
-def same(one, other):
-    """Whether two runs have equal bits."""
-    tables = ("impacts", "stroboscopic", "events")
-    equal = (getattr(one, t).tobytes() == getattr(other, t).tobytes() for t in tables)
-    return all(equal) and one.stop_reason == other.stop_reason
 
 
 def corner(restitution, simultaneous):
@@ -264,19 +254,9 @@ def test_an_impact_at_a_knot_is_marked():
 
 @pytest.mark.parametrize("curve", CURVES)
 def test_multipliers_have_the_product_of_the_determinants(curve):
-    """Det(dv+/dv-) = -(r + u dr/du), and g'+/g'- = -r."""
     here = single(curve)
     motion = vi.simulate(here, initial=REST[1], periods=600, keep=60).refine()
-    run = vi.simulate(here, initial=motion.state, periods=motion.m)
-    product = np.exp(-2.0 * 0.02 * motion.m * here.drive_period)
-    step = 1e-7
-    for u in run.impacts["approach_velocity"]:
-        r, slope = curve(u), (curve(u + step) - curve(u - step)) / (2.0 * step)
-        product *= r * (r + u * slope)
-    assert np.prod(motion.multipliers).real == pytest.approx(product, rel=1e-6)
-    exponents = vi.lyapunov_spectrum(here, initial=motion.state, periods=400).exponents
-    rate = np.log(product) / (motion.m * here.drive_period)
-    assert np.sum(exponents) == pytest.approx(rate, rel=1e-3)
+    check_product(curve, motion, motion.state, 2.0 * 0.02)
 
 
 @pytest.mark.parametrize("curve", CURVES)

@@ -4,16 +4,8 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from struck import REST
+from struck import OSCILLATOR, REST
 
-OSCILLATOR = vi.Structure(
-    [[1]],
-    [[1]],
-    [vi.Stop([1], 0.3, 0.8)],
-    damping_ratios=0.05,
-    drive_amplitude=[1],
-    drive_frequency=2.0,
-)
 CHAIN = vi.Structure(
     np.eye(2).tolist(),
     [[2, -1], [-1, 2]],
