@@ -276,3 +276,9 @@ class ModalBasis:
         with np.errstate(over="ignore"):
             inverse: Array = (right.T / values) @ left.T / sizes[:, np.newaxis]
         return inverse
+
+
+def damping_of(ratios: Array, mass: Array, compiled: _core.Structure) -> Array:
+    """Return C = M Phi diag(2 zeta_i omega_i) Phi^T M in coordinates of a compiled structure."""
+    half = mass @ compiled.shapes * np.sqrt(2.0 * ratios * compiled.frequencies)
+    return half @ half.T

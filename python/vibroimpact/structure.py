@@ -23,7 +23,7 @@ from .hints import close_to
 from .interruption import interruptible
 from .keyword_types import CoulombLaw, Simultaneous, StructureChanges, completing
 from .machine import Machine
-from .modal_basis import Matrices, ModalBasis
+from .modal_basis import Matrices, ModalBasis, damping_of
 from .showing import Facts, counted, in_a_line
 from .stop import (
     OF_STOPS,
@@ -59,7 +59,7 @@ class Structure(Machine):
     stops
         The stops, each a Stop with rows of N entries; one Stop stands for a sequence of one.
     damping
-        C, (N, N), symmetric and positive semidefinite.
+        C, (N, N), symmetric and positive semidefinite; ``damping_matrix`` has that of the ratios.
     damping_ratios
         In place of ``damping``: damping ratios (N,) of the modes in the order of ascending natural
         frequency, or one number for all, >= 0; 0 for a mode of frequency 0, equal for equal
@@ -248,7 +248,7 @@ class Structure(Machine):
         fields |= checked_fields(given, count=count, modes=modes)
         for name in self.__dataclass_fields__:
             object.__setattr__(self, name, fields[name])
-        # It is no field, so that it has no influence on equality, hash, repr or pickle.
+        # No field: it has no influence on equality, hash, repr or pickle.
         vars(self)["_compiled"] = self._compile(like)
 
     @cached_property
@@ -296,6 +296,27 @@ class Structure(Machine):
         known = self._basis.given.get("shapes")
         return fixed(self._compiled.shapes) if known is None else known
 
+    @cached_property
+    def damping_matrix(self) -> Array | None:
+        """The damping matrix C that holds, (N, N): as given, or that of the damping ratios.
+
+        C = M Phi diag(2 zeta_i omega_i) Phi^T M, zeros without damping. Of a structure `from_modes`
+        (n, n), and None with damping ratios: as its mass matrix it does not follow from the modes.
+
+        Examples
+        --------
+        >>> oscillator = vi.Structure([[2]], [[8]], [vi.Stop([1], 0.3, 0.8)], damping_ratios=0.05)
+        >>> oscillator.damping_matrix.tolist()  # 2 zeta sqrt(K M)
+        [[0.4]]
+        """
+        if self.damping is not None:
+            return self.damping
+        if self.damping_ratios is None or not self.damping_ratios.any():
+            return fixed(np.zeros((self.coordinates, self.coordinates)))
+        if self.mass is None:
+            return None
+        return fixed(damping_of(self.damping_ratios, self.mass, self._compiled))
+
     @completing(StructureChanges)
     def replace(self, **changes: Any) -> Self:
         """Return a structure with some parameters changed.
@@ -328,9 +349,8 @@ class Structure(Machine):
             hint = close_to(name, names) or f"; known: {', '.join(names)} ..."
             raise TypeError(f"replace() got an unexpected keyword argument {name!r}{hint}")
         if "modal_mass" in own and "shapes" not in own:
-            reject(
-                "modal_mass", own["modal_mass"], "a value together with shapes=, which it scales"
-            )
+            allowed = "a value together with shapes=, which it scales"
+            reject("modal_mass", own["modal_mass"], allowed)
         for name, other in (("damping", "damping_ratios"), ("damping_ratios", "damping")):
             if name in own:
                 fields.pop(other, None)
@@ -417,9 +437,7 @@ class Structure(Machine):
         if self.damping is not None:
             force -= rows[:, 1] @ basis.square("damping", self.damping)
         elif self.damping_ratios is not None:
-            shapes = mass @ self._compiled.shapes
-            rates = 2.0 * self.damping_ratios * self._compiled.frequencies
-            force -= rows[:, 1] @ (shapes * rates) @ shapes.T
+            force -= rows[:, 1] @ damping_of(self.damping_ratios, mass, self._compiled)
         return basis.physical(np.linalg.solve(mass, force.T).T)
 
     @property

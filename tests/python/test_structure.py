@@ -245,6 +245,30 @@ def test_numbers_of_stops_are_changed_by_name():
     )
 
 
+def test_damping_matrix_is_the_one_that_holds():
+    ratios = np.array([0.01, 0.2])
+    made = structure(damping_ratios=ratios)
+    matrix = made.damping_matrix
+    # Each mode decays at 2 zeta omega, in the shapes of an independent solver.
+    squares, shapes = np.linalg.eig(np.linalg.solve(MASS, STIFFNESS))
+    order = squares.argsort()
+    shapes = shapes[:, order] / np.sqrt(np.diag(shapes.T @ MASS @ shapes))[order]
+    rates = np.diag(2.0 * ratios * np.sqrt(squares[order]))
+    assert abs(shapes.T @ matrix @ shapes - rates).max() < 1e-15
+    assert (matrix == matrix.T).all()
+    assert not matrix.flags.writeable
+    given = made.replace(damping=matrix)
+    assert given.damping_matrix is given.damping
+    start = [[0.0, 0.1], [0.5, 0.0]]
+    ends = [vi.simulate(each, initial=start, periods=3).final_state for each in (made, given)]
+    assert abs(ends[0].q - ends[1].q).max() < 1e-13
+    assert structure(damping_ratios=None).damping_matrix.tolist() == [[0, 0], [0, 0]]
+    assert vi.Structure([[1]], [[0]], [], damping_ratios=0).damping_matrix.tolist() == [[0]]
+    # Modes have no mass matrix, and without it ratios make no C.
+    assert beam(damping_ratios=0.02).damping_matrix is None
+    assert beam(damping_ratios=None).damping_matrix.shape == (3, 3)
+
+
 def test_one_kind_of_damping_takes_the_place_of_the_other():
     proportional = structure().replace(damping=0.1 * np.array(MASS))
     assert proportional.damping_ratios is None
