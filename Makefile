@@ -178,6 +178,7 @@ bench: $(INSTALLED)
 	$(BIN)/python benches/bars.py
 	$(BIN)/python benches/savings.py
 	$(BIN)/python benches/labels.py
+	$(BIN)/python benches/sensitivity.py
 	cargo run --release --locked --example robust_labels -- --every 10 --systems 400
 	$(BIN)/python benches/work_precision
 	$(BIN)/python benches/structures

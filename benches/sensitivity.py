@@ -1,0 +1,160 @@
+"""What the derivatives of a run cost beside the run itself.
+
+    python benches/sensitivity.py [--rounds 5] [--only chatter ...] [--quick]
+
+Whole calls from Python on one core, in processor time: `run.sensitivity(name)` for one name alone,
+and for ten of them, per name. The run and its derivatives are computed in alternation; a figure is
+the least time of all rounds in parts of the least time of the run. The bar is 1 per name. Writes a
+table in Markdown and every round as JSON.
+"""
+
+import argparse
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import vibroimpact as vi
+from han_jin_hu_2004.parameters import INITIAL, MOTIONS
+from machine import load, machine
+from progress import step
+from rounds import measure, table
+from scenes import read_scenes
+
+OUT = Path(__file__).parent / "out"
+BAR = 1.0
+# Long enough that a call takes much longer than what Python does beside it.
+PERIODS = 2000
+
+# Names alone, by the column they stand in; and ten at once.
+ALONE = {
+    "restitution": "restitution",
+    "start": "v1",
+    "load": "force_amplitude",
+    "phase": "phase",
+    "frequency": "drive_frequency",
+    "damping": "pendulum_damping",
+    "stiffness": "frequency_ratio",
+}
+TEN = (
+    "restitution",
+    "mass_ratio",
+    "gap",
+    "frequency_ratio",
+    "pendulum_damping",
+    "oscillator_damping",
+    "moment_amplitude",
+    "force_amplitude",
+    "drive_frequency",
+    "v1",
+)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A run, and by what it is differentiated: names alone by their column, and many at once."""
+
+    name: str
+    run: Callable[[], Any]
+    alone: dict[str, str]
+    together: tuple[str, ...]
+
+
+def system_scenes(periods: int) -> list[Scene]:
+    """Return runs of a system: flights and impacts, complete chatter, contact that lasts."""
+    motions: dict[str, tuple[vi.System, tuple[float, ...]]] = {
+        f"chaos, Fig. {motion.id}": (motion.system, INITIAL)
+        for motion in MOTIONS
+        if motion.id in CHAOTIC
+    }
+    kinds = ("periodic", "chattering", "sustained contact", "stick-slip")
+    for scene in read_scenes():
+        if scene.kind in kinds:
+            problem = scene.problem
+            motions[f"{scene.kind}, {scene.title}"] = (
+                vi.System(**problem.parameters),
+                problem.initial,
+            )
+    return [
+        Scene(name, _simulate(system, initial, periods), ALONE, TEN)
+        for name, (system, initial) in motions.items()
+    ]
+
+
+CHAOTIC = ("9(2)",)
+
+
+def _simulate(system: vi.System, initial: tuple[float, ...], periods: int) -> Callable[[], vi.Run]:
+    return lambda: vi.simulate(system, initial=initial, periods=periods)
+
+
+def jobs_of(scene: Scene) -> dict[str, Callable[[], object]]:
+    """Return the run, and its derivatives by one name or by all."""
+    run = scene.run()
+
+    def of(*names: str) -> Callable[[], object]:
+        return lambda: run.sensitivity(*names)
+
+    jobs: dict[str, Callable[[], object]] = {"run": scene.run}
+    jobs |= {column: of(name) for column, name in scene.alone.items()}
+    return jobs | {MANY: of(*scene.together)}
+
+
+MANY = "all, each"
+
+
+def parts(scene: Scene, timings: dict[str, Any]) -> dict[str, float]:
+    """Return the time of each column in parts of the run's."""
+    run = min(timings["run"].seconds)
+    found = {column: min(timings[column].seconds) / run for column in scene.alone}
+    return found | {MANY: min(timings[MANY].seconds) / run / len(scene.together)}
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Measure, print the table and write it."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--periods", type=int, default=PERIODS)
+    parser.add_argument("--only", nargs="*", default=[""], help="scenes with these words")
+    parser.add_argument("--quick", action="store_true", help="a trial of all parts, no figures")
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args(arguments)
+    quick = options.quick
+    rounds, periods = (1, 3) if quick else (options.rounds, options.periods)
+    chosen = [
+        scene
+        for scene in system_scenes(periods)
+        if any(word in scene.name for word in options.only)
+    ]
+    columns = [*dict.fromkeys(column for scene in chosen for column in scene.alone), MANY]
+    rows, results = [], []
+    for scene in chosen:
+        with step(f"sensitivity: {scene.name}"):
+            timings = measure(
+                jobs_of(scene), rounds, shortest=0.0 if quick else 0.02, clock=process_time
+            )
+        found = parts(scene, timings)
+        shown = [f"{found[column]:.2f}" if column in found else "-" for column in columns]
+        milliseconds = f"{1e3 * min(timings['run'].seconds):.3g}"
+        verdict = "met" if max(found.values()) <= BAR else "missed"
+        rows.append([scene.name, milliseconds, *shown, verdict])
+        seconds = {what: list(timing.seconds) for what, timing in timings.items()}
+        results.append({"name": scene.name, "parts": found, "seconds": seconds})
+    title = "# A trial run, no figures" if quick else "# Derivatives of a run"
+    opening = (
+        f"{title}\n\n{machine()}; load {load()} at the start. Least of {rounds} rounds, in parts "
+        f"of the run; {periods} drive periods."
+    )
+    head = ["run", "ms", *columns, f"bar {BAR:g}"]
+    text = "\n".join([opening, "", *table(head, rows)])
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "sensitivity.md").write_text(text + "\n", encoding="utf-8")
+    written = json.dumps(results, indent=1)
+    (options.out / "sensitivity.json").write_text(written + "\n", encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
