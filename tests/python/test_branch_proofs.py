@@ -92,8 +92,25 @@ def test_a_branch_is_proved_up_to_its_graze():
     }
 
 
-def test_what_cannot_be_enclosed_is_listed():
-    """An impact without slip before it, on a branch with friction."""
+def test_an_impact_without_slip_before_it_is_a_border_of_both_directions():
+    """The angle is 0 there: slip has one direction up to it, and the other one from it on."""
+    found = branch(0.0, 1.5, 1.9, 0.1)
+    (border,) = [one.value for one in found.bifurcations if str(one.kind) == "regime_border"]
+    proof = vi.prove(found, within=(border - 1e-5, border + 1e-5))
+    assert [x.kind for x in proof.bifurcations] == ["regime_border"] * 2
+    assert all(x.hi - x.lo < 2e-15 for x in proof.bifurcations)
+    assert all(abs(x.lo - border) < 1e-12 for x in proof.bifurcations)
+    motions = [x for x in proof.stretches if x.verdict == "proved"]
+    assert [(x.lo, x.hi) for x in sorted(motions, key=lambda x: x.lo)] == [
+        (border - 1e-5, proof.bifurcations[0].lo),
+        (proof.bifurcations[1].hi, border + 1e-5),
+    ]
+    others = {x.why for x in proof.stretches if x.verdict == "disproved"}
+    assert others == {"leg 1: slip has the other direction"}
+    assert not proof.uncovered
+
+
+def test_what_no_tube_reaches_is_listed():
     found = branch(0.0, 1.5, 1.9, 0.1)
     (border,) = [one.value for one in found.bifurcations if str(one.kind) == "regime_border"]
     proof = vi.prove(found, within=(border - 1e-7, border + 1e-7), max_tubes=2)

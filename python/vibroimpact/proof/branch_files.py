@@ -58,7 +58,8 @@ def branch_proof_of(
     bifurcations = _bifurcations(found, posed["within"], _ROOM)
     for kind, value in known:
         near = _NEAR * abs(value)
-        if not any(
+        # without a piece nothing of the range is shown, which is said of all of it
+        if posed["pieces"] and not any(
             kind == one.kind and one.lo - near <= value <= one.hi + near for one, _ in bifurcations
         ):
             row = [text(value), text(value), f"{kind} near {value:.9g}, which is not enclosed"]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..made import MadeStructure, MadeSystem
 from ..orbits.branch import Branch, Piece
+from ..orbits.kinds import BifurcationKind
 from ..restitution import need_constants
 from ..system import SYMBOLS, System
 from .branch_files import branch_proof_of
@@ -55,7 +56,7 @@ def proved_branch(
     machine, place = machine_in_text(first), _place(branch)
     for parts in _joined(branch, within):
         motion = parts[0].motion(0)
-        legs = place if isinstance(place, str) else legs_of(motion)
+        legs = place if isinstance(place, str) else _legs(parts[0])
         rows = [
             [*nodes_of(part.motion(k)).ravel(), value]
             for part in parts
@@ -91,7 +92,7 @@ def proved_branch(
     known = [
         (str(one.kind), float(one.value))
         for one in branch.bifurcations
-        if within[0] <= one.value <= within[1]
+        if within[0] <= one.value <= within[1] and one.kind != BifurcationKind.NEUTRAL_SADDLE
     ]
     proof, interrupts = branch_proof_of(posed, known, int(interrupted))
     return proof, interrupts > 0
@@ -179,7 +180,9 @@ def _joined(branch: Branch, within: tuple[float, float]) -> list[list[Piece]]:
     for piece in branch.pieces:
         if len(piece.values) < 2:
             continue
-        if piece.values.min() > high or piece.values.max() < low:
+        # near a saddle-node the branch goes beyond its points
+        beyond = np.abs(np.diff(piece.values)).max()
+        if piece.values.min() - beyond > high or piece.values.max() + beyond < low:
             continue
         before = groups[-1][-1] if groups else None
         if before is not None and _goes_on(before, piece):
@@ -192,10 +195,15 @@ def _joined(branch: Branch, within: tuple[float, float]) -> list[list[Piece]]:
 def _goes_on(before: Piece, piece: Piece) -> bool:
     if before.nodes.shape[1:] != piece.nodes.shape[1:] or before.values[-1] != piece.values[0]:
         return False
-    if before.itinerary.legs != piece.itinerary.legs:
+    if before.itinerary.legs != piece.itinerary.legs or _legs(before) != _legs(piece):
         return False
     last, first = before.nodes[-1], piece.nodes[0]
     return bool(np.abs(last - first).max() <= _SAME * np.abs(first).max())
+
+
+def _legs(piece: Piece) -> list[list[Any]] | str:
+    """The legs of a piece; at its ends there may be no direction of slip."""
+    return legs_of(piece.motion(len(piece.values) // 2))
 
 
 def _visits(points: Array, within: tuple[float, float]) -> list[Array]:

@@ -38,8 +38,7 @@ def plain(x: Number) -> arb:
 def dot(row: Row, other: Row) -> Number:
     """The sum of products, without those that are exactly 0."""
     pairs = zip(row, other, strict=True)
-    terms = (a * b for a, b in pairs if not (isinstance(a, arb) and a.is_zero()))
-    return sum(terms, arb(0))
+    return sum((a * b for a, b in pairs if not (isinstance(a, arb) and a.is_zero())), arb(0))
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Stop:
 
     rows: list[Row]  # of g, g' and g'', each the one before times G
     first: Row  # of q_0''
-    tangent: Row  # of the velocity of slip; that of the tip is (sin q_0, 0, ...)
+    tangent: Row  # of the velocity of slip; that of the tip is sin q_0 times this
     restitution: Number
     friction: Number
     tip: bool
@@ -126,7 +125,7 @@ def two_bodies(number: Mapping[str, Number], contact: str, law: str, wall_rests:
     loads = [[number["c1"], number["f1"], zero], [number["c2"], number["f2"], zero]][:n]
     place = number["delta"] + number["c2"] if wall_rests else number["delta"]
     row = [zero if tip else arb(1), arb(-1)][:n] + [zero] * n + [-place, zero, zero]
-    stop = (row, [zero] * n, number["r"], number["mu"] if tip else zero)
+    stop = (row, [arb(1), zero][:n], number["r"], number["mu"] if tip else zero)
     return machine_of([*matrices, loads], [stop], (number["omega"], number["phi"]), law, tip=tip)
 
 
@@ -177,26 +176,28 @@ def impact(machine: Machine, stop: Stop, regime: str, w: Row) -> Landing:
 
     With a = n M^-1 n, b = n M^-1 t, c = t M^-1 t the impulses P (normal) and Q (tangential) make
     du = -a dP + b dQ, ds = -b dP + c dQ; dQ = -mu sgn(s) dP in slip, (b/c) dP in stick.
+    Of the tip s is q_0', and mu that times sin q_0: where this is 0 only the friction is 0.
     """
     size, r, mu, law = machine.size, stop.restitution, stop.friction, machine.law
-    normal, tangent, v = list(stop.rows[0][:size]), list(stop.tangent), w[size : 2 * size]
+    normal, tangent, v = list(stop.rows[0][:size]), stop.tangent, w[size : 2 * size]
+    if (regime == "frictionless") != plain(mu).is_zero():
+        raise Undecided("an impact is frictionless where friction is 0, and only there")
     if stop.tip:
-        normal[0], tangent[0] = w[0].cos(), w[0].sin()
+        normal[0], mu = w[0].cos(), mu * w[0].sin()
     by_normal = [dot(row, normal) for row in machine.inverse_mass]
     by_tangent = [dot(row, tangent) for row in machine.inverse_mass]
     u, a = stop.gap(w, 1), dot(normal, by_normal)
     shown = [(u, "the bodies do not approach")]
-    if (regime == "frictionless") != plain(mu).is_zero():
-        raise Undecided("an impact is frictionless where friction is 0, and only there")
     s, b, c = dot(tangent, v), dot(normal, by_tangent), dot(tangent, by_tangent)
-    friction = mu if "+" in regime else -mu  # with the sign of s
+    friction = mu if "+" in regime else -mu
+    way = s if abs(plain(s)) > 0 else friction  # both have the sign of the slip
     k, rate = b + friction * c, a + friction * b  # ds = -k dP, du = -rate dP
     p = (1 + r) * u / rate  # (1 + r) P_f
     q = -friction * p
     if regime != "frictionless":
         shown.append((friction * s, "slip has the other direction"))
     if "slip" in regime:
-        shown += [(rate, "slip grows"), (friction * (s - k * p), "slip stops")]
+        shown += [(rate, "slip grows"), (way * (s - k * p), "slip stops")]
     elif regime != "frictionless":
         sticks, in_approach = "stick" in regime, "approach" in regime
         stopped = s / k  # P*
@@ -206,8 +207,8 @@ def impact(machine: Machine, stop: Stop, regime: str, w: Row) -> Landing:
         # a tip that sticks to a body without mass is held: no impulse changes a velocity any more
         held = sticks and stop.tip and plain(sum(machine.inverse_mass[-1][1:], arb(0))).is_zero()
         after = a - b * b / c if sticks else a - friction * b  # du = -after dP beyond P*
-        cone = mu * c - (abs(b) if isinstance(b, arb) else (b * b).sqrt())  # has |b|
-        shown.append((friction * k, "slip does not stop"))
+        cone = friction * friction * c * c - b * b
+        shown.append((way * k, "slip does not stop"))
         shown.append((cone, "slip reverses") if sticks else (-cone, "the contact sticks"))
         if in_approach:
             shown.append((bent, "slip stops after the approach"))

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import Any
 
 from flint import acb_mat, arb, arb_mat, arb_series
 
@@ -57,13 +58,13 @@ class Slice:
 
 @dataclass(frozen=True)
 class Arc:
-    """The branch in a tube: K, d/dh F(L(h) + K), the derivative of the return map in some basis."""
+    """The branch in a tube: K, d/dh F(L(h) + K), the return map's derivative, in some basis."""
 
     family: Family
     tube: Tube
     away: list[arb]
     rates: list[arb_mat]
-    returns: list[acb_mat]
+    returns: list[Sequence[Any]]
 
     @classmethod
     def of(cls, family: Family, tube: Tube, away: list[arb]) -> Arc:
@@ -71,11 +72,11 @@ class Arc:
         if not inside(away, [arb(0, r) for r in tube.radius]):
             raise Undecided("Krawczyk's operator does not contract in a tube")
         rates = [x * k for k, x in enumerate(tube.taylor(residual, family, away))][1:]
-        returns = list[acb_mat]()
+        returns = list[Sequence[Any]]()
         with suppress(*OPEN):
-            given = [acb_mat(x) for x in tube.taylor(return_map, family, away)]
-            basis = eigenvectors(given[0])  # any will do
-            returns = [basis.solve(x * basis) for x in given]
+            given, scales = zip(*tube.taylor(return_map, family, away), strict=True)
+            basis = eigenvectors(acb_mat(given[0]))  # any will do
+            returns = [[basis.solve(acb_mat(x) * basis) for x in given], scales]
         return cls(family, tube, away, rates, returns)
 
     def box(self, h: arb) -> list[arb]:
@@ -115,7 +116,7 @@ class Arc:
             rises = 1 if rate > 0 else -1 if rate < 0 else 0
         with suppress(*OPEN):
             if self.returns and verdict != "disproved":
-                steady = steadiness(at(self.returns, h))
+                steady = steadiness(*(at(x, h) for x in self.returns))
         return Slice(lo, hi, first, last, box[-1], rises, verdict, why, steady)
 
 
@@ -131,10 +132,11 @@ def motion(family: Family, box: Sequence[arb]) -> tuple[str, str]:
     return "proved", ""
 
 
-def steadiness(matrix: acb_mat) -> Stability:
-    """Stability by the derivative of a return map."""
-    if abs(matrix.trace()) > matrix.nrows():  # the sum of all multipliers
+def steadiness(matrix: acb_mat, scale: arb) -> Stability:
+    """Stability by the derivative of a return map, which is a matrix over a number."""
+    if abs(matrix.trace()) > matrix.nrows() * abs(scale):  # the sum of all multipliers
         return "unstable"
+    matrix = matrix / scale
     with suppress(ValueError):  # of multipliers that can be told apart
         sizes = [abs(x) for x in matrix.eig(multiple=True)]
         if any(x > 1 for x in sizes) or all(x < 1 for x in sizes):
@@ -186,13 +188,15 @@ def multiplier(arc: Arc, lo: arb, hi: arb) -> tuple[str, arb]:
 
     def determinants(line: Sequence[Number]) -> list[tuple[arb, arb, str]]:
         given = return_map(arc.family.along(line, 2))
-        places, found = range(given[0].nrows()), list[tuple[arb, arb, str]]()
-        rows = [[arb_series([x[i, j] for x in given], 2) for j in places] for i in places]
+        places, found = range(given[0][0].nrows()), list[tuple[arb, arb, str]]()
+        rows = [[arb_series([x[i, j] for x, _ in given], 2) for j in places] for i in places]
+        scale = arb_series([x for _, x in given], 2)
         pairs = list(combinations(places, 2))
         minors = [
             [rows[i][k] * rows[j][n] - rows[i][n] * rows[j][k] for k, n in pairs] for i, j in pairs
         ]
-        for (grid, one), kind in zip(((rows, 1), (rows, -1), (minors, 1)), KINDS, strict=True):
+        grids = (rows, scale), (rows, -scale), (minors, scale * scale)
+        for (grid, one), kind in zip(grids, KINDS, strict=True):
             less = [[x - one * (i == j) for j, x in enumerate(row)] for i, row in enumerate(grid)]
             matrix, change = matrices(less, 2)
             if len(near) < len(KINDS):  # any will do, the same for all lines

@@ -47,8 +47,8 @@ def matrices(rows: Sequence[Sequence[Number]], terms: int) -> Matrices:
     return [arb_mat([[term(x, k) for x in row] for row in rows]) for k in range(terms)]
 
 
-def product(left: Matrices, right: Sequence[Any]) -> Matrices:
-    """The coefficients of a product with a matrix, or a number."""
+def product(left: Sequence[Any], right: Sequence[Any]) -> list[Any]:
+    """The coefficients of a product of matrices, or numbers."""
     return [
         sum((left[i] * right[k - i] for i in range(1, k + 1)), left[0] * right[k])
         for k in range(len(left))
@@ -57,15 +57,14 @@ def product(left: Matrices, right: Sequence[Any]) -> Matrices:
 
 def flow(machine: Machine, lasts: Number, terms: int) -> Matrices:
     """exp(tau G), where tau and G depend on h: of the midpoint of tau times that of the rest."""
-    moving, middle = matrices(machine.rows, terms), term(lasts, 0).mid()
+    given, middle = matrices(machine.rows, terms), term(lasts, 0).mid()
     rest = [term(lasts - middle, k) for k in range(terms)]
-    if any(x != 0 for matrix in moving[1:] for x in matrix.entries()):
-        whole, others = [x * middle for x in moving], product(moving, rest)
-        return product(exponential(whole), exponential(others))
-    found = [(moving[0] * middle).exp() * (moving[0] * rest[0]).exp()]
+    if any(x != 0 for matrix in given[1:] for x in matrix.entries()):
+        return product(exponential([x * middle for x in given]), exponential(product(given, rest)))
+    found = [(given[0] * middle).exp() * (given[0] * rest[0]).exp()]
     for k in range(1, terms):  # X' = tau' G X
         parts = [found[k - j] * (rest[j] * j / k) for j in range(1, k + 1)]
-        found.append(moving[0] * sum(parts[1:], parts[0]))
+        found.append(given[0] * sum(parts[1:], parts[0]))
     return found
 
 
@@ -120,11 +119,11 @@ class Leg:
             made.append(arb_series(both, 2 * self.terms))
         return self.orbit.after(self.k, made[:-1] + self.orbit.machine.drive(made[-1]), made[-1])[0]
 
-    def passed(self) -> Matrices:
-        """The derivative of the state and time after the impact by those of the start.
+    def passed(self) -> tuple[Matrices, list[arb]]:
+        """The derivative of the state and time after the impact by those of the start, times g'.
 
-        The time of the impact is that of g = 0. The derivative f' of a function in a direction d is
-        in f(x + h^terms d) = f(x) + h^terms f'(x) d + ..., where x and d are series themselves.
+        And g' at the impact, whose time is that of g = 0. The derivative f' of a function in a
+        direction d is in f(x + h^terms d) = f(x) + h^terms f'(x) d + ...; x and d are series, too.
         """
         machine, n, places = self.orbit.machine, 2 * self.orbit.machine.size, range(self.terms)
         rate = [dot(row, self.last) for row in machine.rows[:n]]
@@ -137,28 +136,30 @@ class Leg:
             rows = [[term(x - y, self.terms + k) / _LARGE for k in places] for x, y in changes]
             slopes.append([arb_series(row, self.terms) for row in rows])
         *starts, ends = slopes
-        times = [-(start[-1] / ends[-1]) for start in starts]
-        pairs = list(zip(starts, times, strict=True))
-        rows = [[start[i] + ends[i] * time for start, time in pairs] for i in range(n)]
-        return matrices([*rows, times], self.terms)
+        rows = [[x[i] * ends[-1] - ends[i] * x[-1] for x in starts] for i in range(n)]
+        rows.append([-x[-1] for x in starts])
+        return matrices(rows, self.terms), [term(ends[-1], k) for k in places]
 
 
 def residual(legs: Sequence[Leg]) -> Matrices:
     """The coefficients of F along a line, columns."""
     found = []
-    for k, leg in enumerate(legs):
+    for leg, then in zip(legs, [*legs[1:], legs[0]], strict=True):
         *after, gap = leg.after()[0]
-        node = legs[(k + 1) % len(legs)].first
-        found += [[x - y] for x, y in zip(node, after, strict=False)] + [[gap]]
+        found += [[x - y] for x, y in zip(then.first, after, strict=False)] + [[gap]]
     return matrices(found, legs[0].terms)
 
 
-def return_map(legs: Sequence[Leg]) -> Matrices:
-    """The coefficients of the derivative of the return map, one of whose eigenvalues is 0."""
-    total = legs[0].passed()
+def return_map(legs: Sequence[Leg]) -> list[tuple[arb_mat, arb]]:
+    """The coefficients of the derivative of the return map, one of whose eigenvalues is 0.
+
+    It is that of a matrix over that of a number, which is 0 at a graze.
+    """
+    total, rates = legs[0].passed()
     for leg in legs[1:]:
-        total = product(leg.passed(), total)
-    return total
+        one, rate = leg.passed()
+        total, rates = product(one, total), product(rate, rates)
+    return list(zip(total, rates, strict=True))
 
 
 def at(given: Sequence[Any], h: arb) -> Any:
@@ -166,10 +167,8 @@ def at(given: Sequence[Any], h: arb) -> Any:
     return reduce(lambda total, one: total * h + one, reversed(given))
 
 
-#: Most terms of power series along a tube.
-TERMS = 5
-#: All values of h.
-WHOLE = arb(0, 1)
+TERMS = 5  # of power series along a tube, at most
+WHOLE = arb(0, 1)  # all values of h
 
 
 @dataclass(frozen=True)
@@ -210,8 +209,8 @@ class Tube:
         return [x + a for x, a in zip(self.coefficients(h, 0), away, strict=True)]
 
     def taylor(
-        self, of: Callable[[Sequence[Leg]], Matrices], family: Family, away: Sequence[arb]
-    ) -> Matrices:
+        self, of: Callable[[Sequence[Leg]], list[Any]], family: Family, away: Sequence[arb]
+    ) -> list[Any]:
         """Coefficients along L(h) + `away`: about its middle, but the last one about all of it."""
         found, terms = [], len(self.line)
         for h in (arb(0), WHOLE):
@@ -235,9 +234,8 @@ def derivative(family: Family, axis: int, box: Sequence[arb]) -> arb_mat:
     rows = arb_mat(width * count + 1, width * count + 1)
     for k, flight in enumerate(orbit.flights(box[:-1])):
         for block, node in zip(orbit.blocks(k, flight), (k, (k + 1) % count), strict=True):
-            for i in range(width):
-                for j in range(width):
-                    rows[k * width + i, node * width + j] += block[i, j]
+            for i, x in enumerate(block.entries()):
+                rows[k * width + i // width, node * width + i % width] += x
     legs = family.along([*box[:-1], arb_series([box[-1], 1], 2)], 2)
     for i, x in enumerate(residual(legs)[1].entries()):
         rows[i, width * count] = x
@@ -251,9 +249,7 @@ def image(family: Family, tube: Tube) -> list[arb]:
     slopes = derivative(family, tube.axis, tube.part(WHOLE, radius))
     rest = at(tube.taylor(residual, family, [arb(0)] * size), WHOLE)
     near = inverse_of(slopes)
-    left = -near * slopes
-    for i in range(size):
-        left[i, i] += 1
+    left = arb_mat(size, size, 1) - near * slopes
     away = left * arb_mat(size, 1, radius) - near * arb_mat(size, 1, [*rest.entries(), arb(0)])
     away[tube.axis, 0] = 0  # Y_i = L_i(h), exactly
     return list(away.entries())

@@ -190,8 +190,7 @@ def show_clear(orbit: Orbit, k: int, flight: Flight) -> None:
             return
         if not left:
             place, w = place + fmpq(2) ** -level, machine.step(level) * w
-            if pieces % _AFRESH == 0:  # balls grow by many steps
-                w = machine.flow(arb(place)) * flight.start
+            w = w if pieces % _AFRESH else machine.flow(arb(place)) * flight.start  # balls grow
         else:
             levels += [level + 1, level + 1]
             middle = (machine.step(level + 1) * w).entries()

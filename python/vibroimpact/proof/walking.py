@@ -40,7 +40,7 @@ _NARROWINGS, _NARROWEST = 2, 44
 #: Part of a tube that may stay open, as about a bifurcation.
 _OPEN = 0.05
 #: How much longer than the one before a tube is tried, and than one that was too long.
-_GROWTH, _EASE = 2.0, 1.4
+_GROWTH, _EASE = 2.0, 1.15
 #: Halvings of a part of a tube, and how many parts are halved.
 _HALVINGS, _MOST_OPEN = 30, 64
 #: Part of a tube that may be open after some halvings; more, where it is taken as it is.
