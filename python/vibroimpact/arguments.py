@@ -379,13 +379,15 @@ def starts(initial: Any, count: int, name: str = "initial") -> NDArray[np.float6
 def axis(name: str, values: Any) -> NDArray[np.float64]:
     """Return the values of an axis of a grid: a ``vector`` of at least one.
 
-    A pair in a tuple is refused: where motions are followed it is a range.
+    Two or three numbers in a tuple are refused: where motions are followed they are a range, and
+    elsewhere often the first value, the last one and how many.
     """
-    if isinstance(values, tuple) and len(values) == 2:
-        pair = [number(name, value) for value in values]
-        low, high = (f"{value:g}" for value in pair)
-        known = f"np.linspace({low}, {high}, 200) for a range, [{low}, {high}] for these two values"
-        reject(name, values, f"an array of values; {known}")
+    if isinstance(values, tuple) and len(values) in (2, 3):
+        low, high, *more = (f"{number(name, value):g}" for value in values)
+        steps = more[0] if more and values[2] == int(values[2]) >= 2 else "200"
+        known = f"np.linspace({low}, {high}, {steps}) for a range"
+        these = f"[{', '.join((low, high, *more))}] for these {('two', 'three')[len(more)]} values"
+        reject(name, values, f"an array of values; {known}, {these}")
     result = vector(name, values)
     if not len(result):
         reject(name, values, "an array of at least one number")

@@ -1,6 +1,19 @@
-"""The errors of vibroimpact: bad input, failed computation, an interrupted call."""
+"""The errors of vibroimpact: bad input, failed computation, an interrupted call; warnings."""
 
+import sys
+import warnings
+from pathlib import Path
 from typing import Any
+
+_HERE = Path(__file__).parent
+
+
+def warn(message: str) -> None:
+    """Warn at the line outside of this package that called it."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and Path(frame.f_code.co_filename).is_relative_to(_HERE):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, stacklevel=level)
 
 
 class ParameterError(ValueError):

@@ -27,6 +27,16 @@ _OTHER_NAMES: dict[str, tuple[str, ...]] = {
 }
 
 
+# Kinds of bifurcations, also as AUTO and MatCont abbreviate them.
+_OTHER_KINDS: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("fold", "limit_point", "turning_point", "SN", "LP"), ("saddle_node",)),
+    **dict.fromkeys(("flip", "PD"), ("period_doubling",)),
+    **dict.fromkeys(("hopf", "torus", "secondary_hopf", "NS", "TR"), ("neimark_sacker",)),
+    **dict.fromkeys(("pitchfork", "transcritical", "BP"), ("branch_point",)),
+    **{"CP": ("cusp",), "chatter": ("chatter_onset",)},
+}
+
+
 # What else columns of a table are called.
 _OTHER_COLUMNS = {"v_pre": "v1_pre", "v_post": "v1_post", "velocity": "approach_velocity"}
 # The same of names with a number: the velocity of a state, those before and after an impact.
@@ -39,7 +49,11 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     import difflib  # here, to keep the import of the package light
 
     names = [*known]
-    others = [*_OTHER_NAMES.get(name, ()), _OTHER_COLUMNS.get(name, ""), f"{name}_0"]
+    # As it stands, or with other capitals: PD, pd, Flip.
+    spelled = dict.fromkeys((name, name.lower(), name.upper()))
+    tables = (_OTHER_NAMES, _OTHER_KINDS)
+    others = [other for each in spelled for table in tables for other in table.get(each, ())]
+    others += [_OTHER_COLUMNS.get(name, ""), f"{name}_0"]
     if match := _NUMBERED.fullmatch(name):
         others.append(f"{_OTHER_PARTS.get(match[1])}{match[2]}")
     meant = [other for other in others if other in names]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import abstractmethod
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeAlias, TypeVar
 
@@ -23,7 +24,7 @@ from .arguments import (
     reject,
     times_of,
 )
-from .errors import Interrupted, SimulationError
+from .errors import Interrupted, SimulationError, warn
 from .interruption import interruptible
 from .machine import Machine
 from .period_report import PeriodReport, as_period_report
@@ -299,6 +300,7 @@ class RunRecord(Archived, Shown, Generic[MachineT, CoreT, StartT]):
             raise
         run = type(self)(core, self._system, self._initial)
         raise_if_interrupted(run)
+        warn_of_the_cap([run], cap)
         return run
 
     def plot(self, **options: Any) -> Axes:
@@ -436,6 +438,21 @@ def raise_if_interrupted(run: AnyRun) -> None:
     if run._core.interrupted:
         time = run.final_state.time
         raise Interrupted(f"interrupted at time {time:.6g}", run, holds="the run so far")
+
+
+# What is to be done about it.
+AT_THE_CAP = "10 million events, the cap unless max_events= gives another, were not enough"
+
+
+def warn_of_the_cap(runs: Sequence[AnyRun], cap: int | None) -> None:
+    """Warn of runs that ended early at a cap that nobody asked for."""
+    capped = [run for run in runs if run.stop_reason == "event_cap"] if cap is None else []
+    if not capped:
+        return
+    which = "the run" if len(runs) == 1 else f"{len(capped)} of {len(runs)} runs"
+    end = capped[0].final_state
+    at = f"t = {end.time:.6g}, after {end.period} drive periods"
+    warn(f"{which} ended early, at {at} (stop_reason event_cap): {AT_THE_CAP}")
 
 
 def _one_or_all(arrays: list[Any]) -> Any:

@@ -24,7 +24,7 @@ from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .machine import Machine
 from .run import Run
-from .run_record import raise_if_interrupted
+from .run_record import raise_if_interrupted, warn_of_the_cap
 from .scales import Units
 from .system import System
 
@@ -171,6 +171,11 @@ def simulate(
     Interrupted
         After Ctrl-C; ``.result`` as for SimulationError.
 
+    Warns
+    -----
+    UserWarning
+        If a run ended at the cap of events, and ``max_events`` was not given.
+
     Examples
     --------
     >>> import vibroimpact as vi
@@ -215,6 +220,7 @@ def simulate(
         if failure is not None:
             raise SimulationError(failure[1], run)
         raise_if_interrupted(run)
+        warn_of_the_cap([run], cap)
         return run
     # After Ctrl-C there may be fewer runs than starts; they are the first ones.
     runs: list[Any] = [system._run(core, row) for core, row in zip(cores, start, strict=False)]
@@ -223,6 +229,7 @@ def simulate(
     if failure is not None:
         place, reason = failure
         raise SimulationError(f"run {place}: {reason}", runs, holds="all runs")
+    warn_of_the_cap(runs, cap)
     return runs
 
 

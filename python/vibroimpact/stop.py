@@ -302,11 +302,15 @@ def value_of_stops(stops: Sequence[Stop], name: str) -> float:
         having = _having(stops, name, None)
     except ParameterError:
         reject("parameter", name, _numbers_of(stops))
-    found: set[Any] = {getattr(stops[place], what) for place, what in having.items()}
-    if len(found) != 1:
-        reject("parameter", name, f"that of one stop, as {name}_0: the stops differ in it")
-    value: float = found.pop()
-    return value
+    found: list[float] = [getattr(stops[place], what) for place, what in having.items()]
+    if not found:
+        reject("parameter", name, _numbers_of(stops))
+    if len({*found}) > 1:
+        between = ", " if len(having) == _MOST_LISTED else " ... "
+        ends = between.join(f"{name}_{place}" for place in (min(having), max(having)))
+        alike = f"one value of all, as replace({name}={found[0]:g}) makes it"
+        reject(f"{name} of all stops", found, f"{alike}; of one stop say {ends}")
+    return found[0]
 
 
 def with_changes(stops: Sequence[Stop], changes: Mapping[str, Any]) -> list[Stop]:

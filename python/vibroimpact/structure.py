@@ -151,7 +151,7 @@ class Structure(Machine):
             law=law,
             simultaneous=simultaneous,
         )
-        warn_of_ratios(self.damping_ratios, stacklevel=4)
+        warn_of_ratios(self.damping_ratios)
 
     @classmethod
     @naming
@@ -236,7 +236,7 @@ class Structure(Machine):
             law=law,
             simultaneous=simultaneous,
         )
-        warn_of_ratios(structure.damping_ratios, stacklevel=5)
+        warn_of_ratios(structure.damping_ratios)
         return structure
 
     def _set(

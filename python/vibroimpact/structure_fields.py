@@ -1,6 +1,5 @@
 """Checks of the fields of a structure: type, shape and finiteness; the core checks the ranges."""
 
-import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,6 +8,7 @@ from numpy.typing import NDArray
 
 from .arguments import complex_vector, matrix, number, reject, vector
 from .by_value import fixed
+from .errors import warn
 from .stop import checked_stops
 
 # What each choice means, for the error about another one.
@@ -85,13 +85,12 @@ def checked_fields(given: Mapping[str, Any], *, count: int, modes: int) -> dict[
     return fields
 
 
-def warn_of_ratios(ratios: NDArray[np.float64] | None, stacklevel: int) -> None:
+def warn_of_ratios(ratios: NDArray[np.float64] | None) -> None:
     """Warn of damping ratios at which a mode does not oscillate: per cent are meant, perhaps."""
     over = [] if ratios is None else np.flatnonzero(ratios >= 1.0).tolist()
     if ratios is not None and over:
         ratio = float(ratios[over[0]])
-        warnings.warn(
+        warn(
             f"damping_ratios[{over[0]}] = {ratio:g}: from 1 on a mode does not oscillate; "
-            f"{ratio:g} per cent are {0.01 * ratio:g}",
-            stacklevel=stacklevel,  # who called the method, which has decorators
+            f"{ratio:g} per cent are {0.01 * ratio:g}"
         )

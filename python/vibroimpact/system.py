@@ -8,7 +8,6 @@ symbols on the notation page.
 """
 
 import dataclasses
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from ._core import PARAMETERS
 from .arguments import naming, number, pair, reject, states
+from .errors import warn
 from .interruption import interruptible
 from .keyword_types import Changes, Contact, Law, completing
 from .mechanics import Mechanics
@@ -315,10 +315,9 @@ class System(HasRestitution, Mechanics):
         )
         # The tip is at sin x1 <= 1; body 2 rests at the gap, or where a preload presses it.
         if system.contact == "oblique" and system.gap + min(system.static_force, 0.0) > 1.0:
-            warnings.warn(
+            warn(
                 f"gap = {float(gap)} m is larger than length = {float(length)} m: the tip cannot "
-                "reach body 2 where it rests; both are in metres",
-                stacklevel=4,  # who called the method, which has two decorators
+                "reach body 2 where it rests; both are in metres"
             )
         return system
 

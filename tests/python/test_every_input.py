@@ -21,7 +21,10 @@ from vibroimpact.arguments import LONGEST
 from vibroimpact.keyword_types import Axes, Changes, StopChanges, StructureChanges
 
 # Of the numbers some are such gaps.
-pytestmark = pytest.mark.filterwarnings("ignore:gap = .* the tip cannot reach:UserWarning")
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:gap = .* the tip cannot reach:UserWarning",
+    "ignore:.* no run, status overlap:UserWarning",
+)
 
 CALLS = calls()
 # Functions that are not called here, and why.

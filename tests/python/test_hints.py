@@ -307,3 +307,25 @@ def test_a_property_that_fails_keeps_its_own_error():
 
     with pytest.raises(AttributeError, match=r"^of the inside$"):
         getattr(Broken.__new__(Broken), "lable")  # noqa: B009
+
+
+@pytest.mark.parametrize(
+    ("kind", "meant"),
+    [
+        *[("fold", "saddle_node"), ("LP", "saddle_node"), ("flip", "period_doubling")],
+        *[("Flip", "period_doubling"), ("pd", "period_doubling"), ("period doubling", None)],
+        *[("hopf", "neimark_sacker"), ("NS", "neimark_sacker"), ("pitchfork", "branch_point")],
+    ],
+)
+def test_a_kind_of_bifurcation_is_known_by_its_other_names(kind, meant):
+    motion = RUN.refine()
+    said = rf"did you mean {meant or 'period_doubling'}\?$"
+    for asked in (kind, ["grazing", kind]):
+        with pytest.raises(vi.ParameterError, match=said):
+            motion.follow(drive_frequency=(1.79, 1.81), stop_at=asked)
+    branch = motion.follow(drive_frequency=(1.799, 1.801), max_points=2)
+    with pytest.raises(vi.ParameterError, match=said):
+        branch.of_kind(kind)
+    for wrong in (5, [5], None):
+        with pytest.raises(vi.ParameterError, match="one or several of saddle_node"):
+            motion.follow(drive_frequency=(1.79, 1.81), stop_at=wrong)

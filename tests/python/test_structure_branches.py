@@ -369,8 +369,21 @@ def test_stops_that_differ_have_no_gap_of_all():
     stops = [vi.Stop([1], 0.3, 0.8), vi.Stop([-1], 4.0, 0.8)]
     structure = SETTLING.replace(stops=stops)
     motion = vi.simulate(structure, initial=[[0], [0]], periods=200, keep=50).refine()
-    with pytest.raises(vi.ParameterError, match="gap_0: the stops differ"):
+    with pytest.raises(vi.ParameterError) as caught:
         motion.follow(gap=(0.1, 0.5))
+    assert str(caught.value) == (
+        "gap of all stops = [0.3, 4.0] is not allowed; allowed: one value of all, as "
+        "replace(gap=0.3) makes it; of one stop say gap_0, gap_1"
+    )
+    # A diagram has what `replace` makes, one value of all, too.
+    rest = {"initial": [[0], [0]], "periods": 20}
+    alike = vi.bifurcation_diagram(structure, gap=[0.3, 0.4], **rest)
+    assert [stop.gap for stop in alike.system_at(1).stops] == [0.4, 0.4]
+    three = structure.replace(stops=[*stops, vi.Stop([-1], 5.0, 0.8)])
+    motion = vi.simulate(three, initial=[[0], [0]], periods=200, keep=50).refine()
+    with pytest.raises(vi.ParameterError, match=r"of one stop say gap_0 \.\.\. gap_2$"):
+        motion.follow(gap=(0.1, 0.5))
+    motion = vi.simulate(structure, initial=[[0], [0]], periods=200, keep=50).refine()
     assert motion.follow(gap_0=(0.28, 0.32)).ends == ("bound", "bound")
 
 

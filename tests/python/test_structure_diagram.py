@@ -104,15 +104,6 @@ def test_bad_input_of_a_diagram_is_refused_by_name(asked, what):
         vi.bifurcation_diagram(SETTLING, initial=REST[1], **asked)
 
 
-def test_a_start_beyond_a_stop_names_the_value():
-    start = [[0.2], [0.0]]
-    for name in ("gap", "gap_0"):
-        with pytest.raises(vi.StateError, match=rf"at {name} = 0\.1, the smallest of its values: "):
-            vi.bifurcation_diagram(SETTLING, initial=start, **{name: [0.3, 0.1]})
-    with pytest.raises(vi.StateError, match=r"at by = 0\.1: "):
-        vi.bifurcation_diagram(lambda by: SETTLING.replace(gap=by), initial=start, by=[0.3, 0.1])
-
-
 def same(one, other):
     """Check that two results have the same bits."""
     for name in one.columns.names:

@@ -145,9 +145,16 @@ def test_nothing_but_the_arguments_changes_a_bit(chart, rubbing, options, tmp_pa
     assert_same_bits(loaded, chart)
 
 
-def test_a_pair_is_no_axis(rubbing):
+def test_two_or_three_numbers_in_a_tuple_are_no_axis(rubbing):
     start = (0.0, 0.5, 0.0, 0.0)
-    said = re.escape("np.linspace(0.2, 4, 200) for a range, [0.2, 4] for these two values")
+    of_two = "np.linspace(0.2, 4, 200) for a range, [0.2, 4] for these two values"
+    of_three = "np.linspace({}, {}, {}) for a range, [{}, {}, {}] for these three values"
+    refused = {
+        (0.2, 4): of_two,
+        (80.0, 100.0, 50): of_three.format(80, 100, 50, 80, 100, 50),
+        (0.2, 0.4, 0.5): of_three.format(0.2, 0.4, 200, 0.2, 0.4, 0.5),
+        (2, 1, -3): of_three.format(2, 1, 200, 2, 1, -3),
+    }
     grids = [
         lambda axis: vi.sweep(rubbing, initial=start, drive_frequency=axis, **LENGTH),
         lambda axis: vi.bifurcation_diagram(rubbing, initial=start, drive_frequency=axis, **LENGTH),
@@ -160,9 +167,10 @@ def test_a_pair_is_no_axis(rubbing):
         ),
     ]
     for grid in grids:
-        with pytest.raises(vi.ParameterError, match=said):
-            grid((0.2, 4))
-    for allowed in ([0.2, 4], np.array([0.2, 4]), (0.2, 1, 4)):
+        for values, said in refused.items():
+            with pytest.raises(vi.ParameterError, match=re.escape(said)):
+                grid(values)
+    for allowed in ([0.2, 4], np.array([0.2, 4]), [0.2, 1, 4], (0.2, 1, 3, 4)):
         assert len(grids[0](allowed)) == len(allowed)
     with pytest.raises(vi.ParameterError, match="drive_frequency = 'a'"):
         grids[0](("a", 4))

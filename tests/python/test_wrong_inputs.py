@@ -122,21 +122,6 @@ def test_all_starts_are_looked_at_before_anything_runs():
     assert left == 1 << 40
 
 
-def test_an_overlap_in_a_diagram_names_value_and_start():
-    gaps = np.linspace(-0.4, 0.5, 10)
-    with pytest.raises(vi.StateError) as caught:
-        vi.bifurcation_diagram(PAPER, initial=START, periods=10, gap=gaps[::-1])
-    said = str(caught.value)
-    assert said.startswith("at gap = -0.4, the smallest of its values: the initial state is penetr")
-    starts = np.array([START, (0.3, 0.5, 0.0, 0.0), (1.0, 0.5, 0.0, 0.0)])
-    with pytest.raises(vi.StateError, match=r"^at initial\[2\]: the initial state is penetrating"):
-        vi.bifurcation_diagram(PAPER, initial=starts, periods=10, drive_frequency=[1.8])
-    with pytest.raises(vi.StateError, match=r"^at initial\[1\], gap = 0\.2, the smallest"):
-        vi.bifurcation_diagram(PAPER, initial=starts, periods=10, gap=[0.5, 0.2])
-    with pytest.raises(vi.StateError, match=r"^the initial state is penetrating"):
-        vi.bifurcation_diagram(PAPER, initial=starts[2], periods=10, drive_frequency=[1.8])
-
-
 def test_an_angle_in_degrees_gets_a_word_on_radians():
     word = "(an angle x1 is in radians)"
     with pytest.raises(vi.StateError) as caught:

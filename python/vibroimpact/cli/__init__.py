@@ -11,8 +11,10 @@ import argparse
 import os
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from importlib.metadata import entry_points
+from typing import Any
 
 from .. import __version__
 from ..errors import ClusterError, ParameterError, ProofError, SimulationError, StateError
@@ -97,7 +99,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     check_words(parser, words)
     chosen = parser.parse_args(words)
     try:
-        code: int = chosen.run(chosen)
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            code: int = chosen.run(chosen)
         sys.stdout.flush()
     except (ParameterError, StateError, ImportError) as error:
         return _fail(error, ExitCode.BAD_INPUT)
@@ -118,6 +122,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         # The commands have printed and written what was done by then.
         return _fail(_cut_short(error, chosen), ExitCode.INTERRUPTED)
     return code
+
+
+def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
+    """Show a warning as a line like that of an error."""
+    print(f"vibroimpact: {message}", file=sys.stderr)
 
 
 def _cut_short(error: BaseException, chosen: argparse.Namespace) -> str:

@@ -134,11 +134,12 @@ def _kinds(given: Any) -> frozenset[BifurcationKind]:
     """Check the kinds of bifurcations at which a branch stops: one, or several."""
     known = tuple(kind for kind in BifurcationKind if kind not in ON_CURVES)
     kinds = (given,) if isinstance(given, str) else given
-    if isinstance(kinds, list | tuple | set | frozenset) and all(
-        isinstance(kind, str) and kind in known for kind in kinds
-    ):
-        return frozenset(map(BifurcationKind, kinds))
-    hint = close_to(given, known) if isinstance(given, str) else ""
+    hint = ""
+    if isinstance(kinds, list | tuple | set | frozenset):
+        wrong = [kind for kind in kinds if not isinstance(kind, str) or kind not in known]
+        if not wrong:
+            return frozenset(map(BifurcationKind, kinds))
+        hint = close_to(wrong[0], known) if isinstance(wrong[0], str) else ""
     reject("stop_at", given, f"one or several of {', '.join(known)}{hint}")
 
 

@@ -12,23 +12,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._core import CHATTER_TOLERANCE
 from ..arguments import count, optional_count, reject, threads
-from ..errors import ClusterError, Interrupted, StateError
+from ..errors import ClusterError, Interrupted
 from ..interruption import interruptible
 from ..keyword_types import Parameters, completing
 from ..machine_kinds import is_structure
 from ..made import Maker, in_units
 from ..scales import Units
-from ..simulation import refuse_overlap
-from ..stop import numbered
 from ..system import System
 from .call_types import DiagramCall
 from .cells import RunSettings, checked_axes, measure_of
 from .columns import Columns
 from .diagram_results import AnyDiagram, Diagram, Start
 from .diagram_task import DiagramTask
+from .endings import told
 from .engine import compute
 from .grid import Grid
-from .grid_machine import START, GridMachine
+from .grid_machine import GridMachine
 from .made_cells import Made, made_cells
 from .merge import LEVELS, merged
 from .store import folder_of_stores, store_in
@@ -167,10 +166,15 @@ def bifurcation_diagram(
     ParameterError
         If an argument or one of the values is out of range; nothing has run then.
     StateError
-        If an initial state is not finite, or the bodies overlap in it at one of the values, or a
-        stop is penetrated.
+        If an initial state is not finite.
     Interrupted
         After Ctrl-C; ``.result`` is the Diagram, unreached points having the status ``pending``.
+
+    Warns
+    -----
+    UserWarning
+        If the bodies overlap at the start of some points, or a stop is penetrated: these have the
+        status ``overlap``. If runs ended at the cap of events, and ``max_events`` was not given.
 
     Examples
     --------
@@ -217,10 +221,6 @@ def bifurcation_diagram(
         chatter_tolerance=chatter_tolerance,
         section_phase=section_phase,
     )
-    if made is None:
-        _check_overlap(machine.system, name, values, initials)
-    else:
-        _check_made_overlap(machine, name, values, initials, made)
     branches = [(one, kind) for kind in kinds for one in initials]
     measure = measure_of(labels, exponents)
 
@@ -246,7 +246,7 @@ def bifurcation_diagram(
         whole = task(values, machine, made)
         found: Diagram | StructureDiagram
         found = compute(whole, result, store=store, known=whole.known, **engine)
-        return found
+        return told(found)
 
     def level(values: NDArray[np.float64]) -> DiagramTask:
         if values is first_values:  # for which the functions have been called
@@ -258,7 +258,7 @@ def bifurcation_diagram(
     optional_count("chunk", chunk, least=1)
     threads(workers)
     folder = folder_of_stores(store, LEVELS, "a refined diagram")
-    return _refined(level, result, values, refinements, folder, engine)
+    return told(_refined(level, result, values, refinements, folder, engine))
 
 
 def _initials(machine: GridMachine, initial: Any) -> list[Any]:
@@ -280,44 +280,6 @@ def _starts(start: Any) -> tuple[Start, ...]:
     if not given or not all(isinstance(kind, str) and kind in get_args(Start) for kind in given):
         reject("start", start, "'fresh', 'forward', 'backward', or several of them")
     return given
-
-
-def _check_overlap(
-    system: Any, name: str, values: NDArray[np.float64], initials: Sequence[Any]
-) -> None:
-    # Of all swept parameters only gaps matter, and a state without overlap at the smallest gap has
-    # none at any other.
-    one = numbered(name)
-    gap = (one.what if one else name) == "gap"
-    least = float(values.min())
-    for row, initial in enumerate(initials):
-        try:
-            refuse_overlap(system.replace(**{name: least}) if gap else system, initial)
-        except StateError as error:
-            where = [f"initial[{row}]"] if len(initials) > 1 else []
-            where += [f"{name} = {least!r}, the smallest of its values"] if gap else []
-            if not where:
-                raise
-            raise StateError(f"at {', '.join(where)}: {error}") from None
-
-
-def _check_made_overlap(
-    machine: GridMachine,
-    name: str,
-    values: NDArray[np.float64],
-    initials: Sequence[Any],
-    made: Made,
-) -> None:
-    columns = made.columns(Grid({name: values}), 0, len(values))
-    starts = columns.pop(START, None)
-    for place, value in enumerate(values.tolist()):
-        row = {column: rows[place] for column, rows in columns.items()}
-        here = machine.at(row) if row else machine.system.replace(**{name: value})
-        for initial in initials if starts is None else [starts[place].tolist()]:
-            try:
-                refuse_overlap(here, initial)
-            except StateError as error:
-                raise StateError(f"at {name} = {value!r}: {error}") from error
 
 
 def _refined(

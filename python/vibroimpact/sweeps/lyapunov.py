@@ -25,6 +25,7 @@ from ..simulation import simulate
 from ..system import System
 from .call_types import LyapunovCall
 from .cells import CellTask, RunSettings, checked_axes
+from .endings import told
 from .engine import compute
 from .grid import Grid
 from .lyapunov_results import LyapunovSpectrum, LyapunovSweep, measured_whole
@@ -215,7 +216,7 @@ def lyapunov_spectrum(
         measured=measured,
         made=made,
     )
-    return compute(
+    found = compute(
         task,
         LyapunovSweep,
         chunk=chunk,
@@ -225,6 +226,7 @@ def lyapunov_spectrum(
         store=store,
         known=task.known,
     )
+    return told(found)
 
 
 # Drive periods before the measurement from which the period is detected.

@@ -179,9 +179,12 @@ class GridResult(Shown):
             + (f" in [{values.min():g}, {values.max():g}]" if len(values) else "")
             for name, values in self.columns.grid.axes.items()
         ]
-        completed = np.count_nonzero(np.isin(self.columns["status"], _COMPLETED))
+        kinds, counts = np.unique(np.asarray(self.columns["status"]), return_counts=True)
+        found = dict(zip(kinds.tolist(), counts.tolist(), strict=True))
+        completed = sum(found.pop(kind, 0) for kind in _COMPLETED)
+        others = "".join(f", {count} {STATUS_NAMES[kind]}" for kind, count in found.items())
         over = " x ".join(spans) or "one system"
-        return f"<{type(self).__name__} of {over}: {completed} of {len(self)} completed>"
+        return f"<{type(self).__name__} of {over}: {completed} of {len(self)} completed{others}>"
 
     def run(self, *indices: int) -> Any:
         """Make the run of one cell again, to the same bits.

@@ -16,6 +16,7 @@ from ..scales import Units
 from ..system import System
 from .call_types import ChartCall, SweepCall
 from .cells import CellTask, Measure, RunSettings, checked_axes, measure_of
+from .endings import told
 from .engine import compute
 from .grid import Grid
 from .grid_machine import GridMachine
@@ -129,7 +130,7 @@ def sweep(
         makes it) or for a coordinate x1, v1, x2, v2 of the initial state; the first is the slowest
         axis. Of a Structure ``drive_frequency``, ``phase``, ``gap``, ``restitution``, ``friction``
         of all stops or of one, ``gap_0``, and of its start ``q_0``, ``q_1``, ... ``v_0``, ...
-        A pair ``(0.2, 4)`` is refused; for a range use ``numpy.linspace``.
+        A tuple ``(0.2, 4)``, ``(0.2, 4, 50)`` is refused; for a range use ``numpy.linspace``.
 
     Returns
     -------
@@ -143,6 +144,12 @@ def sweep(
         status ``overlap``.
     Interrupted
         After Ctrl-C; ``.result`` is the Sweep, cells not reached being ``pending``.
+
+    Warns
+    -----
+    UserWarning
+        If ``initial`` does so in some cells; if runs ended at the cap of events, and ``max_events``
+        was not given.
 
     Examples
     --------
@@ -168,7 +175,7 @@ def sweep(
         section_phase=section_phase,
     )
     task = _task(Sweep, machine, grid, run, measure_of(labels, exponents), made)
-    return compute(
+    found = compute(
         task,
         Sweep,
         chunk=chunk,
@@ -178,6 +185,7 @@ def sweep(
         store=store,
         known=task.known,
     )
+    return told(found)
 
 
 @overload
@@ -289,6 +297,11 @@ def chart(
     ParameterError, Interrupted
         As in ``sweep``.
 
+    Warns
+    -----
+    UserWarning
+        As ``sweep``.
+
     Examples
     --------
     >>> import vibroimpact as vi
@@ -315,7 +328,7 @@ def chart(
     )
     exponents = labels if exponents is None else exponents
     task = _task(Chart, machine, grid, run, measure_of(labels, exponents), made)
-    return compute(
+    found = compute(
         task,
         Chart,
         chunk=chunk,
@@ -325,6 +338,7 @@ def chart(
         store=store,
         known=task.known,
     )
+    return told(found)
 
 
 def _task(
