@@ -153,6 +153,11 @@ class Machine(ByValue, Shown):
     def _run(self, core: Any, start: Array) -> Any:
         """Return the run of that compiled one from a start."""
 
+    @property
+    def _not_in_si(self) -> str:
+        """What numbers without ``units=`` mean, where they may be meant in SI; "" elsewhere."""
+        return ""
+
     def _to_core(self, states: Array) -> Array:
         """Return states in the coordinates of the compiled form.
 

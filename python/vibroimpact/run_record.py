@@ -444,6 +444,12 @@ def raise_if_interrupted(run: AnyRun) -> None:
 AT_THE_CAP = "10 million events, the cap unless max_events= gives another, were not enough"
 
 
+def warn_of_units(runs: Sequence[AnyRun]) -> None:
+    """Warn of runs without impacts, of which the numbers were perhaps meant in SI."""
+    if runs and runs[0]._system._not_in_si and not any(run.impact_count for run in runs):
+        warn(f"there are no impacts; {runs[0]._system._not_in_si}")
+
+
 def warn_of_the_cap(runs: Sequence[AnyRun], cap: int | None) -> None:
     """Warn of runs that ended early at a cap that nobody asked for."""
     capped = [run for run in runs if run.stop_reason == "event_cap"] if cap is None else []

@@ -198,6 +198,15 @@ def chosen(units: Any, scales: Scales | None) -> Scales | None:
     return needed(scales) if in_si(units) else None
 
 
+def not_in_si(scales: Scales) -> str:
+    """Return what numbers mean that are given without ``units="SI"``, for a message."""
+    frequency, length = 1.0 / scales.time, scales.length
+    return (
+        "without units='SI' all numbers are dimensionless, also those of a system made in SI: 1 "
+        f"means {scales.time:.3g} s, {frequency:.3g} rad/s, {length:.3g} m"
+    )
+
+
 def _rows(name: str, given: ArrayLike) -> NDArray[np.float64]:
     array = np.asarray(given, dtype=np.float64)
     if not array.ndim or array.shape[-1] != 4:

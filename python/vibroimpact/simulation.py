@@ -24,7 +24,7 @@ from .errors import Interrupted, SimulationError
 from .interruption import interruptible
 from .machine import Machine
 from .run import Run
-from .run_record import raise_if_interrupted, warn_of_the_cap
+from .run_record import raise_if_interrupted, warn_of_the_cap, warn_of_units
 from .scales import Units
 from .system import System
 
@@ -174,7 +174,8 @@ def simulate(
     Warns
     -----
     UserWarning
-        If a run ended at the cap of events, and ``max_events`` was not given.
+        If a run ended at the cap of events, and ``max_events`` was not given. If there are no
+        impacts, and the system was made in SI but ``units`` is not given.
 
     Examples
     --------
@@ -190,6 +191,41 @@ def simulate(
     >>> [run.label for run in runs]
     ['1-1', '1-1']
     """
+    found: Run | StructureRun | list[Run] | list[StructureRun] = simulated(
+        system,
+        initial=initial,
+        periods=periods,
+        time=time,
+        keep=keep,
+        max_events=max_events,
+        chatter_tolerance=chatter_tolerance,
+        section_phase=section_phase,
+        progress=progress,
+        units=units,
+        workers=workers,
+    )
+    runs: list[Any] = [*found] if isinstance(found, list) else [found]
+    warn_of_the_cap(runs, max_events)
+    if units is None:
+        warn_of_units(runs)
+    return found
+
+
+def simulated(
+    system: System | Structure,
+    *,
+    initial: ArrayLike,
+    periods: int | None = None,
+    time: float | None = None,
+    keep: int | None = None,
+    max_events: int | None = None,
+    chatter_tolerance: float = CHATTER_TOLERANCE,
+    section_phase: float = 0.0,
+    progress: bool = False,
+    units: Units | None = None,
+    workers: int | None = None,
+) -> Any:
+    """Do what ``simulate`` does, without its warnings: for runs that no caller has asked for."""
     options: dict[str, Any] = {
         "chatter_tolerance": positive("chatter_tolerance", chatter_tolerance),
         "section_phase": number("section_phase", section_phase),
@@ -220,7 +256,6 @@ def simulate(
         if failure is not None:
             raise SimulationError(failure[1], run)
         raise_if_interrupted(run)
-        warn_of_the_cap([run], cap)
         return run
     # After Ctrl-C there may be fewer runs than starts; they are the first ones.
     runs: list[Any] = [system._run(core, row) for core, row in zip(cores, start, strict=False)]
@@ -229,7 +264,6 @@ def simulate(
     if failure is not None:
         place, reason = failure
         raise SimulationError(f"run {place}: {reason}", runs, holds="all runs")
-    warn_of_the_cap(runs, cap)
     return runs
 
 

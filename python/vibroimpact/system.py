@@ -23,7 +23,7 @@ from .keyword_types import Changes, Contact, Law, completing
 from .mechanics import Mechanics
 from .physical import PURE, changed, dimensionless, quantities
 from .restitution import HasRestitution, Restitution, in_units, restitution_of
-from .scales import Scales, chosen, in_si, needed
+from .scales import Scales, chosen, in_si, needed, not_in_si
 from .showing import Facts
 from .verbs import verb
 
@@ -435,6 +435,10 @@ class System(HasRestitution, Mechanics):
         self, states: NDArray[np.float64], phases: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         return self.accelerations(states, phases)
+
+    @property
+    def _not_in_si(self) -> str:
+        return "" if self.scales is None else not_in_si(self.scales)
 
     def _chosen(self, units: Any) -> Scales | None:
         return chosen(units, self.scales)

@@ -93,6 +93,30 @@ def test_a_run_that_ends_at_the_usual_cap_is_warned_of(monkeypatch):
     vi.sweep(PAPER, initial=START, periods=10**6, gap=[0.5], max_events=9)
 
 
+def test_a_machine_in_si_without_units_and_without_impacts_is_warned_of():
+    machine = vi.System.from_physical(
+        **{"pendulum_mass": 0.3, "oscillator_mass": 0.5, "length": 0.2, "stiffness": 40},
+        **{"torsional_stiffness": 1.5, "moment_amplitude": 0.4, "force_amplitude": 0.2},
+        **{"drive_frequency": 12.6, "gap": 0.1, "restitution": 0.8},
+    )
+    start = {"initial": (0.1, 0, 0, 0), "periods": 20}
+    meant = r"dimensionless, .* made in SI: 1 means 0\.112 s, 8\.94 rad/s, 0\.2 m$"
+    faster = {"drive_frequency": np.linspace(12, 14, 3)}
+    with pytest.warns(UserWarning, match=rf"^there are no impacts in any cell; without .* {meant}"):
+        vi.bifurcation_diagram(machine, **start, **faster)
+    quick = machine.replace(drive_frequency=30)
+    with pytest.warns(UserWarning, match=rf"^there are no impacts; without .* {meant}") as caught:
+        run = vi.simulate(quick, **start)
+    assert caught[0].filename == __file__
+    # As it was meant, with impacts, and of a system that has no units.
+    vi.bifurcation_diagram(machine, **start, **faster, units="SI")
+    vi.simulate(quick, **start, units="SI")
+    vi.simulate(machine, **start)
+    vi.simulate(PAPER.replace(gap=5.0), **start)
+    # Nobody asked for a run of its own.
+    assert not run.refine()
+
+
 def test_a_warning_is_a_line_on_the_command_line(run_command):
     command = DIAGRAM.replace("drive-frequency 1.7 1.9 5", "gap -0.4 0.5 2")
     with warnings.catch_warnings():

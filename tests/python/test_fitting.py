@@ -165,8 +165,54 @@ def test_what_a_record_cannot_tell_apart_is_named():
     assert [*open_one] == ["restitution"]
     assert np.isinf(found.errors["restitution"])
     assert found.errors["moment_amplitude"] < 1e-3
-    assert "not at all" in found.summary()
+    said = found.summary()
+    assert "the record says nothing about restitution\nfix what you know of these" in said
+    assert found.sizes.tolist() == [0.8, 1.0]
     assert np.isfinite(found.correlation).all()
+
+
+def test_what_changes_together_is_told_in_the_numbers_of_the_unknowns():
+    # Along what is told, by so much, the residuals change by their error.
+    run = vi.simulate(PAPER, initial=START, periods=8)
+    record = vi.measure(run, "impact_times", noise=0.1)
+    names = ["restitution", "gap", "moment_amplitude", "frequency_ratio", "mass_ratio"]
+    known = vi.expected_errors(run, record, unknown=names)
+    (row,), (error,) = known.combinations, known.combination_errors
+    moved = dict(zip(names, row * error * known.sizes, strict=True))
+    *_, told, advice = known.summary().splitlines()
+    together = ", ".join(f"{name} {moved[name]:+.2g}" for name in known.undetermined[0])
+    assert told.endswith(f"together, the record changes within its errors: {together}")
+    assert advice == "fix what you know of these, or measure more"
+    rises = []
+    for part in (1e-3, 2e-3):
+        there = PAPER.replace(**{n: getattr(PAPER, n) + part * by for n, by in moved.items()})
+        times = vi.simulate(there, initial=START, periods=8).impacts["time"]
+        rises.append((((times - run.impacts["time"]) / 0.1) ** 2).sum() / part**2)
+    assert rises[0] == pytest.approx(1.0, rel=0.05)
+    assert rises[1] == pytest.approx(1.0, rel=0.05)
+
+
+def test_times_in_other_units_are_asked_about():
+    rig = vi.System.from_physical(
+        **{"pendulum_mass": 3, "oscillator_mass": 5, "length": 0.1, "torsional_stiffness": 500},
+        **{"stiffness": 50e3, "gap": 0.05, "restitution": 0.8, "drive_frequency": 180},
+        **{"moment_amplitude": 300, "torsional_damping": 0.1, "damping": 40, "friction": 0.2},
+    )
+    run = vi.simulate(rig, initial=START, periods=20)
+    seconds = run.in_si().impacts["time"][:10]
+    asked = {"unknown": ["restitution"], "starts": 1}
+    si = {"initial": (0, 50, 0, 0), "units": "SI"}
+    ms = vi.fit(vi.Record("impact_times", 1000 * seconds), rig, **asked, **si)
+    assert "impact_times: impacts follow each other after 3.4" in ms.reasons[-1]
+    assert "a period of the machine is 3.49: are they in other units?" in ms.reasons[-1]
+    forgotten = vi.fit(vi.Record("impact_times", seconds), rig, **asked, initial=START)
+    assert "are they in other units?" in forgotten.reasons[-2]
+    assert forgotten.reasons[-1] == (
+        "without units='SI' all numbers are dimensionless, also those of a system made in SI: 1 "
+        "means 0.01 s, 100 rad/s, 0.1 m"
+    )
+    right = vi.fit(vi.Record("impact_times", seconds), rig, **asked, **si)
+    assert not any("units" in reason for reason in right.reasons)
 
 
 def test_bounds_hold():

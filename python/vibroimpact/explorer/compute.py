@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..errors import SimulationError
 from ..orbits import Branch, PeriodicMotion, follow_motion
-from ..simulation import simulate
+from ..simulation import simulated
 from ..sweeps import Basins, Chart, bifurcation_diagram, chart
 from ..sweeps.basins import basins
 from .axis import Axis
@@ -79,10 +79,10 @@ def motion(state: State) -> Motion:
     """Simulate the motion of a state, and sample the end of it."""
     machine, options = state.machine, run_options(state.machine)
     begun: Any = {"initial": machine.begin(state.initial), "max_events": MOST_EVENTS}
-    run: Any = simulate(machine.system, **begun, **options)
+    run: Any = simulated(machine.system, **begun, **options)
     if run.kept_from >= run.final_state.time:
         # It has ended before the part to be kept: all of it is.
-        run = simulate(machine.system, **begun, **options | {"keep": None})
+        run = simulated(machine.system, **begun, **options | {"keep": None})
     end = run.final_state.time
     if machine.driven:
         begin = max(run.kept_from, end - SHOWN * machine.drive_period)

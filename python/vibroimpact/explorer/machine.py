@@ -16,7 +16,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..simulation import simulate
+from ..simulation import simulated
 from .axis import Axis
 
 Array = NDArray[np.float64]
@@ -192,7 +192,7 @@ class Machine(ABC):
 
     def refuse_start(self, initial: Sequence[float]) -> None:
         """Raise StateError for a start that does not fit; there is no shorter run."""
-        simulate(self.system, initial=self.begin(initial), time=1e-9, max_events=1)
+        simulated(self.system, initial=self.begin(initial), time=1e-9, max_events=1)
 
     @abstractmethod
     def span(self, name: str) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from ..machine_kinds import is_maker
 from ..made import basis_of, check_names, defaults_of, is_coordinate, machine_made
 from ..run_record import AnyRun
 from ..scales import Units
-from ..simulation import simulate
+from ..simulation import simulated
 from .determined import ExpectedErrors
 from .judgement import judged
 from .measuring import need_run
@@ -166,6 +166,8 @@ def fit(
         held = "nothing" if best is None else "the best fit so far"
         raise Interrupted("interrupted while fitting", best, holds=held) from stopped
     assert best is not None
+    if not best and scales is None and machine._not_in_si:
+        best = replace(best, reasons=(*best.reasons, machine._not_in_si))
     return best
 
 
@@ -250,6 +252,7 @@ def expected_errors(
         estimates=values,
         covariance=known.covariance,
         standard_errors=known.errors,
+        sizes=unknowns.scales.copy(),
         combinations=known.open,
         combination_errors=known.open_errors,
         rows=sum(map(len, records)),
@@ -291,7 +294,7 @@ def _check_start(problem: Problem) -> None:
     """Refuse a start that overlaps, and what no run can be differentiated by."""
     machine, unknowns = problem.machine, problem.unknowns
     start = problem.initial.reshape(machine._starts_shape)
-    run = simulate(machine, initial=start, time=_MOMENT * machine._usual_period)
+    run = simulated(machine, initial=start, time=_MOMENT * machine._usual_period)
     basis = basis_of(machine, unknowns.names[: unknowns.machine])
     basis.with_coordinates(unknowns.names[unknowns.machine :]).of(run)
 
@@ -321,7 +324,8 @@ def _check_records(records: list[Record], system: Machine) -> None:
             row = int(late[0])
             raise ParameterError(
                 f"{where}.times[{row}] = {record.times[row].item()!r} is not allowed; allowed: "
-                f"times up to {longest:.6g}, {_LONGEST} periods: is the record in other units?"
+                f"times up to {longest:.6g}, {_LONGEST} periods of {system._usual_period:.6g}: is "
+                "the record in other units?"
             )
 
 

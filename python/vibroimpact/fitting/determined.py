@@ -26,6 +26,7 @@ class Determined(FixedArrays, Shown):
     estimates: Array
     covariance: Array
     standard_errors: Array
+    sizes: Array
     combinations: Array
     combination_errors: Array
 
@@ -59,8 +60,8 @@ class Determined(FixedArrays, Shown):
         """The combinations that the record leaves open: how much of each unknown is in one.
 
         An unknown counts in units of its size (its value at the start of the search, at least 0.1,
-        at most its range). A combination is open if its standard error is larger than 1 in these
-        units; small parts are left out.
+        at most its range): ``sizes``. A combination is open if its standard error is larger than 1
+        in these units; small parts are left out.
         """
         return [
             {
@@ -82,12 +83,25 @@ class Determined(FixedArrays, Shown):
         ]
 
     def _open_in_words(self) -> list[str]:
-        """Return a sentence for each combination that is open."""
+        """Return a sentence for each combination that is open, and what can be done."""
         said = []
+        sizes = dict(zip(self.names, self.sizes.tolist(), strict=True))
         for parts, error in zip(self.undetermined, self.combination_errors.tolist(), strict=True):
-            mixed = " ".join(f"{part:+.2g} {name}" for name, part in parts.items())
-            size = "not at all" if np.isinf(error) else f"to {error:.2g} only"
-            said.append(f"determined {size} (in units of the sizes): {mixed}")
+            lost = np.isinf(error)
+            far = 1.0 if lost else error
+            moved = {name: part * far * sizes[name] for name, part in parts.items()}
+            if len(moved) == 1:
+                ((name, by),) = moved.items()
+                known = "nothing" if lost else f"little, +- {abs(by):.2g},"
+                said.append(f"the record says {known} about {name}")
+                continue
+            as_much = (
+                "the record stays as it is" if lost else "the record changes within its errors"
+            )
+            together = ", ".join(f"{name} {by:+.2g}" for name, by in moved.items())
+            said.append(f"cannot be told apart: if these change together, {as_much}: {together}")
+        if said:
+            said.append("fix what you know of these, or measure more")
         return said
 
 
@@ -106,9 +120,11 @@ class ExpectedErrors(Determined):
         Inverse of the Fisher matrix, shape (k, k).
     standard_errors
         Shape (k,); ``errors`` has them by name. Infinite where the measurement says nothing.
+    sizes
+        What counts as a large change of each unknown, shape (k,).
     combinations, combination_errors
         Combinations that stay open, one in each row, shape (j, k), and their standard errors in
-        units of the sizes of the unknowns; ``undetermined`` has them by name.
+        units of ``sizes``; ``undetermined`` has them by name.
     rows
         Number of rows of the measurement.
 

@@ -44,6 +44,7 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
         "initial": tuples(start.reshape(problem.machine._starts_shape).tolist()),
         "names": unknowns.names,
         "estimates": point.copy(),
+        "sizes": unknowns.scales.copy(),
         "ranges": np.column_stack([unknowns.low, unknowns.high]),
         "records": tuple(problem.records),
         "sigma": sigma,
@@ -218,6 +219,16 @@ def _units(problem: Problem, found: Found | None) -> list[str]:
     for record, predicted in zip(problem.records, found.evaluation.predicted, strict=True):
         kept = predicted[np.isfinite(predicted)]
         if is_heard(record.kind):
+            # The motion found may have no impacts in such times, or thousands: its period tells.
+            theirs, period = (
+                float(np.median(intervals(record.times))),
+                problem.machine._usual_period,
+            )
+            if not 1.0 / _OTHER_UNITS < theirs / period < _OTHER_UNITS:
+                said.append(
+                    f"{record.name}: impacts follow each other after {theirs:.3g}, and a period of "
+                    f"the machine is {period:.3g}: are they in other units?"
+                )
             continue
         mine, theirs = float(np.std(kept)) if len(kept) else 0.0, float(np.std(record.values))
         if mine > 0.0 and theirs > 0.0 and not 1.0 / _OTHER_UNITS < theirs / mine < _OTHER_UNITS:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..errors import ParameterError, SimulationError, StateError
 from ..machine import Machine
 from ..made import Basis, basis_of
-from ..simulation import simulate
+from ..simulation import simulated
 from .alignment import Places, aligned, intervals
 from .prediction import derivative, heard_in, partial, predicted, states_at
 from .record import Record, is_heard
@@ -264,7 +264,7 @@ class Problem:
         initial = start.reshape(machine._starts_shape)
         for _ in range(_MOST_EXTENSIONS + 1):
             try:
-                run = simulate(turned, initial=initial, time=whole, max_events=cap)
+                run = simulated(turned, initial=initial, time=whole, max_events=cap)
             except (StateError, SimulationError):
                 return None
             if run.final_state.time < length:

@@ -35,7 +35,10 @@ Verdict = Literal[
 # Machines that can be drawn at once.
 _MOST_SAMPLES = 100_000
 # Arrays of a file.
-_ARRAYS = ("estimates", "covariance", "standard_errors", "combinations", "combination_errors")
+_ARRAYS = (
+    *("estimates", "covariance", "standard_errors", "sizes", "combinations"),
+    "combination_errors",
+)
 _OF_FIT = (*_ARRAYS, "ranges", "predicted", "sigma")
 
 

@@ -17,7 +17,7 @@ from ..interruption import interruptible
 from ..machine import Machine
 from ..machine_kinds import is_maker
 from ..made import basis_of, check_names, is_coordinate, machine_made, varied
-from ..simulation import simulate
+from ..simulation import simulated
 from .duals import Dual, constant
 from .quantities import Quantities
 
@@ -103,7 +103,7 @@ def gradient(
     if not callable(function):
         reject("function", function, "a function of a run")
     machine, start, numbers, coordinates = _given(system, names, initial)
-    run = simulate(
+    run = simulated(
         machine,
         initial=start,
         periods=periods,

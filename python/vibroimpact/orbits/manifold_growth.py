@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import reject
-from ..simulation import simulate
+from ..simulation import simulated
 from ..system import System
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ class FirstPiece:
         found = []
         for begin in range(0, len(starts), BATCH):
             batch = starts[begin : begin + BATCH]
-            runs = simulate(self.section, initial=batch, periods=self.periods * images)
+            runs = simulated(self.section, initial=batch, periods=self.periods * images)
             for start, run in zip(batch, runs, strict=True):
                 rows = run.stroboscopic[self.periods - 1 :: self.periods]
                 found.append((np.vstack((start, rows)), run.stop_reason))
@@ -82,7 +82,7 @@ def first_piece(
     """Return the piece of the eigenvector on which the map is linear."""
     while offset >= _LEAST_OFFSET:
         starts = saddle + np.multiply.outer([offset, -offset], direction)
-        runs = simulate(section, initial=starts, periods=m, keep=0)
+        runs = simulated(section, initial=starts, periods=m, keep=0)
         ends = np.array([run.final_state.state for run in runs]) - saddle
         expected = multiplier * offset * direction
         if np.abs(ends - [expected, -expected]).max() <= _LINEAR * abs(multiplier) * offset:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..simulation import simulate
+from ..simulation import simulated
 from ..stop import Stop
 from ..structure import Structure
 from .bifurcation import Bifurcation
@@ -152,7 +152,7 @@ def _halves(motion: Any) -> tuple[Array, Array]:
         # Coordinates are continuous: an impact at one of the times does no harm.
         now, later = (motion.trajectory(t)[:, 0] for t in (times, times + 0.5 * period))
     else:
-        run = simulate(motion.system, initial=motion.state, periods=motion.m, keep=motion.m)
+        run = simulated(motion.system, initial=motion.state, periods=motion.m, keep=motion.m)
         end = motion.m * period
         turned = np.mod(times + 0.5 * period, end)
         now, later = (run.trajectory(t)[:, 0] for t in (times, turned))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from .._core import LegKind
 from ..arguments import reject
-from ..simulation import simulate
+from ..simulation import simulated
 from ..system import System
 from .motion import PeriodicMotion, reduced
 from .ranges import refuse
@@ -64,11 +64,11 @@ def attractor_of(
     """Return the attractor that a state on the section reaches."""
     if phase > 0.0:
         left = (math.tau - phase) / system.drive_frequency
-        rest = simulate(section, initial=state.tolist(), time=left)
+        rest = simulated(section, initial=state.tolist(), time=left)
         if rest.stop_reason not in ("completed", "rest"):
             return str(rest.stop_reason)
         state = np.array(rest.final_state.state)
-    run = simulate(system, initial=state.tolist(), periods=settle, keep=min(settle, 400))
+    run = simulated(system, initial=state.tolist(), periods=settle, keep=min(settle, 400))
     if run.stop_reason not in ("completed", "rest"):
         return str(run.stop_reason)
     motion = refine(run)

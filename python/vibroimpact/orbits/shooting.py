@@ -23,7 +23,7 @@ from ..errors import Interrupted, StateError
 from ..interruption import interruptible
 from ..machine_kinds import need_system
 from ..run import Run
-from ..simulation import refuse_overlap, simulate
+from ..simulation import refuse_overlap, simulated
 from ..structure import Structure
 from ..structure_motion import StructureOrbit
 from ..structure_run import StructureRun
@@ -244,7 +244,7 @@ def search_motions(
     ends: list[int | str] = []
     try:
         for first in range(0, len(begins), BATCH):
-            for run in simulate(
+            for run in simulated(
                 system,
                 initial=begins[first : first + BATCH],
                 periods=periods,

@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from ..simulation import simulate
+from ..simulation import simulated
 from ..structure_motion import StructureOrbit
 from .curve import Curve, sample, with_impacts
 from .structure_history import Stretch, draw_history, shown_coordinates
@@ -56,7 +56,7 @@ def orbit_stretch(motion: StructureOrbit, points: int) -> Stretch:
     """Return one orbit from t = 0, with so many samples in a drive period."""
     end = motion.period
     if not motion.legs:
-        run = simulate(motion.system, initial=motion.state, periods=motion.m)
+        run = simulated(motion.system, initial=motion.state, periods=motion.m)
         curve = sample(run, window=(0.0, run.final_state.time), points_per_period=points)
         return Stretch.of_run(run, curve)
     hits = _impacts(motion)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arguments import count, reject
 from ..errors import ParameterError, StateError
-from ..simulation import simulate
+from ..simulation import simulated
 from .diagram_results import AnyDiagram
 from .fields import STATUS_NAMES
 from .grid_machine import START, with_coordinates
@@ -108,4 +108,4 @@ def _start(result: GridResult, cell: tuple[Any, ...], initial: Any) -> Any:
 
 def _run(system: Any, initial: Any, settings: dict[str, Any]) -> Any:
     names = ("periods", "keep", "max_events", "chatter_tolerance", "section_phase")
-    return simulate(system, initial=initial, **{name: settings[name] for name in names})
+    return simulated(system, initial=initial, **{name: settings[name] for name in names})

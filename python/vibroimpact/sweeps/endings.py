@@ -36,7 +36,17 @@ def told(result: Result) -> Result:
     if result.columns.layout.settings["max_events"] is None and (status == _CAPPED).any():
         words, _ = _cells(result, status == _CAPPED)
         warn(f"{words} a run that ended early, status event_cap: {AT_THE_CAP}")
+    in_words = "" if result.is_made else result.system._not_in_si
+    if in_words and not _may_have_impacts(result):
+        warn(f"there are no impacts in any cell; {in_words}")
     return result
+
+
+def _may_have_impacts(result: GridResult) -> bool:
+    """Whether impacts are kept, or may have been where no period tells how many there are."""
+    if isinstance(result, AnyDiagram):
+        return not len(result) or bool(result.offset[-1])
+    return not len(result) or bool(np.any((result.n != 0) | (result.m == 0)))
 
 
 def _cells(result: GridResult, which: NDArray[np.bool_]) -> tuple[str, int]:

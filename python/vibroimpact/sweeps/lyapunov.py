@@ -21,7 +21,7 @@ from ..keyword_types import Axes, completing
 from ..machine_kinds import is_maker, is_structure
 from ..made import Maker, in_units
 from ..scales import Units, in_si, needed
-from ..simulation import simulate
+from ..simulation import simulated
 from ..system import System
 from .call_types import LyapunovCall
 from .cells import CellTask, RunSettings, checked_axes
@@ -248,9 +248,9 @@ def _single(
         from .structure_spectrum import most_of, structure_spectrum  # as in `machine_of`
 
         most = most_of(system, most)
-        run = simulate(system, initial=initial, **length, **options)
+        run = simulated(system, initial=initial, **length, **options)
         return structure_spectrum(run, steps, step, most)
-    run = simulate(system, initial=state(initial), **length, **options)
+    run = simulated(system, initial=state(initial), **length, **options)
     found = _core.lyapunov_spectrum(run._core, steps, step)
     flow = None
     if system.drive_frequency == 0.0 or system.moment_amplitude == system.force_amplitude == 0.0:

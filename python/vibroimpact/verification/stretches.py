@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import SimulationError
 from ..run import EventKind, Run
-from ..simulation import simulate
+from ..simulation import simulated
 from ..structure_run import StructureRun
 from ..tables import of_columns
 
@@ -137,8 +137,9 @@ def _made_again(run: AnyRun, options: dict[str, Any], most: int) -> AnyRun:
     if run.system.drive_frequency > 0.0 and in_periods:
         asked = horizon.get("Periods", end.period + 1)
         length = {"periods": min(asked, end.period + 1, most + 1)}
+    again: AnyRun
     try:
-        return simulate(
+        again = simulated(
             run.system,
             initial=run.initial,
             **length,
@@ -147,8 +148,8 @@ def _made_again(run: AnyRun, options: dict[str, Any], most: int) -> AnyRun:
             section_phase=options["section_phase"],
         )
     except SimulationError as error:
-        again: AnyRun = error.result
-        return again
+        again = error.result
+    return again
 
 
 def _most_events(most: int) -> int:

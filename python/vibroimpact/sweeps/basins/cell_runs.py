@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ...simulation import simulate
+from ...simulation import simulated
 from ..cell_runs import place_of
 from ..grid_machine import with_coordinates
 from ..machines import machine_of
@@ -26,7 +26,7 @@ def run_of_start(basins: Basins, *indices: int) -> Any:
         if 0 <= settling <= periods:
             break
         periods *= 2
-    return simulate(
+    return simulated(
         basins.system,
         initial=initial,
         periods=periods,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...orbits.motion import PeriodicMotion
 from ...restitution import is_one
-from ...simulation import simulate
+from ...simulation import simulated
 from ...structure_motion import StructureOrbit
 from ...system import System
 from ..fields import STATUS_NAMES
@@ -161,7 +161,7 @@ def explore(
     workers: int | None = None,
 ) -> Attractor | None:
     """Return the attractor of a start: a known one, a new one, or None if it is not decided."""
-    run: Any = simulate(
+    run: Any = simulated(
         system,
         initial=start.reshape(machine_of(system).final_state.shape).tolist(),
         periods=follow.periods,
