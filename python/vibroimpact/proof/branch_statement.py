@@ -57,14 +57,11 @@ def branch_statement(proof: BranchProof) -> str:
 
 
 def _fixed(certificate: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The machine without the number that varies."""
+    """The machine, in which the number that varies has no value."""
     machine: Mapping[str, Any] = certificate["machine"]
-    if machine["kind"] == "structure":
-        fixed: Mapping[str, Any] = changed(machine, certificate["place"], VARIES)
-        return fixed
-    (symbol,) = certificate["place"]
-    others = {name: x for name, x in machine["numbers"].items() if name != symbol}
-    return {**machine, "numbers": others}
+    of_numbers = [] if machine["kind"] == "structure" else ["numbers"]
+    fixed: Mapping[str, Any] = changed(machine, [*of_numbers, *certificate["place"]], VARIES)
+    return fixed
 
 
 def _curve(row: Sequence[Any], curves: Sequence[int]) -> str:

@@ -104,11 +104,15 @@ def _number(text: str) -> str:
     return repr(float(value)) if Fraction(float(value)) == value else text
 
 
+def _equation(name: str, text: str) -> str:
+    return f"{name} {text}" if text == VARIES else f"{name} = {_number(text)}"
+
+
 def machine_sentence(given: Mapping[str, Any]) -> str:
     """Which machine a theorem is about."""
     law = "the energetic law" if given["law"] == "energetic" else f"{given['law'].title()}'s law"
     if given["kind"] == "two bodies":
-        numbers = ", ".join(f"{name} = {_number(x)}" for name, x in given["numbers"].items())
+        numbers = ", ".join(_equation(name, x) for name, x in given["numbers"].items())
         rests = ", the second body a wall at rest" if given["wall_rests"] else ""
         return (
             f"Consider vibroimpact's System (its page on theory) with {given['contact']} contact "
