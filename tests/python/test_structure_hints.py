@@ -183,6 +183,21 @@ def test_a_start_that_is_a_number_is_named_once():
         vi.simulate(SETTLING, initial=0, periods=1)
 
 
+def test_an_axis_names_the_stops_that_have_what_varies():
+    curve = vi.RestitutionTable(speeds=[0.1, 0.5, 2.0], values=[0.85, 0.7, 0.5])
+    own = [vi.Stop([1], 0.3, curve), vi.Stop([-1], 0.4, 0.8), vi.Stop([1], 0.5, curve)]
+    start = {"initial": [[0], [0]], "periods": 20}
+    for stops, which in (
+        (own[:1], "the stop"),
+        (own[:2], "stop 0"),
+        (own, "stops 0, 2"),
+        ([own[0], own[2]], "all stops"),
+    ):
+        over = vi.bifurcation_diagram(SETTLING.replace(stops=stops), r_2=[0.5, 0.6], **start)
+        assert over.plot().get_xlabel().endswith(f"2 of {which}"), which
+    assert orbit().follow(gap=(0.29, 0.31)).plot().get_xlabel() == "gap of the stop"
+
+
 def test_axes_of_branches_are_named_as_those_of_diagrams():
     branch = orbit().follow(gap_0=(0.29, 0.31))
     assert branch.plot().get_xlabel() == "gap of stop 0"

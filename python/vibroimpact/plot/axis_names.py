@@ -8,12 +8,12 @@ the pendulum in the one, a length in the other. Units in SI are added by `parame
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from .._core import PARAMETERS
 from ..restitution import MEANINGS, OF_SPEEDS, OF_VALUES
-from ..stop import numbered, of_one_stop
+from ..stop import Stop, numbered, of_one_stop, varied_in
 
 PARAMETER_SYMBOLS = {name: f"${parameter.latex}$" for name, parameter in PARAMETERS.items()}
 
@@ -111,8 +111,11 @@ def axis_name(name: str, *, made: bool) -> str:
     return STATE_NAMES.get(name, name)
 
 
-def structure_axis_name(name: str, *, made: bool) -> str:
-    """Return the label of an axis of structures: numbers of stops in words, numbers of a start."""
+def structure_axis_name(name: str, *, made: bool, stops: Sequence[Stop] = ()) -> str:
+    """Return the label of an axis of structures: numbers of stops in words, numbers of a start.
+
+    ``stops`` are those of the structure, for a number without that of a stop.
+    """
     one = numbered(name)
     if one and one.what in ("q", "v"):
         return of_coordinates(one.what, [coordinate_symbol(one.what, one.place)])
@@ -121,8 +124,18 @@ def structure_axis_name(name: str, *, made: bool) -> str:
     if of_stop := of_one_stop(name):
         return f"{MEANINGS.get(of_stop.what, of_stop.what)} of stop {of_stop.place}"
     if name in ("gap", "restitution", "friction", *MEANINGS):
-        return f"{MEANINGS.get(name, name)} of all stops"
+        return f"{MEANINGS.get(name, name)} of {_those_with(name, stops)}"
     return axis_name(name, made=False) if name in PARAMETER_SYMBOLS else name
+
+
+def _those_with(name: str, stops: Sequence[Stop]) -> str:
+    """Return in words which stops have a number of this name."""
+    having = [place for place, stop in enumerate(stops) if name in varied_in(stop.restitution)]
+    if len(stops) == 1:
+        return "the stop"
+    if len(having) == len(stops):
+        return "all stops"
+    return f"stop{'s' if len(having) > 1 else ''} {', '.join(map(str, having))}"
 
 
 def coordinate_symbol(what: str, place: int) -> str:

@@ -95,7 +95,7 @@ def _quantity(name: str, system: System) -> float:
 def grid_label(result: GridResult, name: str) -> str:
     """Return the label of an axis of a result."""
     if is_structure(result.system):
-        return structure_axis_name(name, made=result.is_made)
+        return structure_axis_name(name, made=result.is_made, stops=result.system.stops)
     if not result.is_made:
         return axis_name(name, made=False)
     grid = result.columns.grid
@@ -118,7 +118,8 @@ def grid_label(result: GridResult, name: str) -> str:
 def piece_label(name: str, system: System | Structure) -> str:
     """Return the label of the axis of what is varied along a branch or a curve."""
     if isinstance(system, Structure):
-        return structure_axis_name(name, made=isinstance(system, MadeStructure))
+        made = isinstance(system, MadeStructure)
+        return structure_axis_name(name, made=made, stops=system.stops)
     if made_from(system, [name]) is None:
         return axis_name(name, made=False)
     return quantity_label(name, [(value_of(system, name), system)])
