@@ -115,7 +115,8 @@ test quick quick-update: export PYTHONDONTWRITEBYTECODE :=
 test: | rust-tests-begun $(INSTALLED)
 	@waits=0; while kill -0 "$$(cat $(RUST_TESTS).pid)" 2>/dev/null; do \
 		sleep 0.2; waits=$$((waits + 1)); \
-		test $$((waits % 150)) -ne 0 || echo 'Rust tests: still building or running, see $(RUST_TESTS).log'; \
+		test $$((waits % 50)) -ne 0 || { echo -n "Rust tests, after $$((waits / 5)) s: "; \
+			tail -n 1 $(RUST_TESTS).log | cut -c -60; }; \
 	done
 	@cat $(RUST_TESTS).log && test -e $(RUST_TESTS).passed
 	$(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
