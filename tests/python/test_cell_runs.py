@@ -153,7 +153,7 @@ def test_the_point_after_one_that_was_not_reached_says_so(monkeypatch):
     )
     assert cut.status[1] == "pending"
     assert bits(cut.run(1).final_state.state) == bits(diagram.run(1).final_state.state)
-    monkeypatch.setattr("vibroimpact.sweeps.cell_runs.simulate", stopped)
+    monkeypatch.setattr("vibroimpact.sweeps.cell_runs.simulated", stopped)
     with pytest.raises(vi.ParameterError, match=r"i = 2 .* followed from point 1, .*pending"):
         cut.run(2)
 

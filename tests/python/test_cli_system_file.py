@@ -104,7 +104,7 @@ def test_a_gap_in_millimetres_is_one_line_on_the_error_stream(run_command, tmp_p
     monkeypatch.chdir(tmp_path)
     text = (PHYSICAL + RUN).replace("gap = 0.1", "gap = 100")
     (tmp_path / "rig.toml").write_text(text, encoding="utf-8")
-    code, _, err = run_command("simulate --system rig.toml")
+    code, _, err = run_command("simulate --system rig.toml --units SI")
     assert code == 0
     assert err.startswith("vibroimpact: rig.toml: gap = 100.0 m is larger than length = 0.2 m: ")
     assert err.count("\n") == 1
