@@ -190,7 +190,7 @@ def impact(machine: Machine, stop: Stop, regime: str, w: Row) -> Landing:
     shown = [(u, "the bodies do not approach")]
     s, b, c = dot(tangent, v), dot(normal, by_tangent), dot(tangent, by_tangent)
     friction = mu if "+" in regime else -mu
-    way = s if abs(plain(s)) > 0 else friction  # both have the sign of the slip
+    way = s + friction  # has their sign, if they have the same one
     k, rate = b + friction * c, a + friction * b  # ds = -k dP, du = -rate dP
     p = (1 + r) * u / rate  # (1 + r) P_f
     q = -friction * p

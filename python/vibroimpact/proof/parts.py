@@ -7,10 +7,10 @@ Newton's step h - f(h)/f' from a point of it leads into it for all f' there, it 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, repeat
 from typing import Any
 
 from flint import acb_mat, arb, arb_mat, arb_series
@@ -22,12 +22,10 @@ from .verifier import Stability, inside, show_motion, stability
 
 #: Test functions along a line: f, f', and the kind of special point where f is 0.
 Tests = Callable[[Sequence[Number]], list[tuple[arb, arb, str]]]
-#: What is raised where nothing is shown.
-OPEN = (Undecided, ValueError, ZeroDivisionError)
+OPEN = (Undecided, ValueError, ZeroDivisionError)  # raised where nothing is shown
 KINDS = ("saddle_node", "period_doubling", "neimark_sacker")
 UNDECIDED: Stability = "undecided"
-#: Times that a point is enclosed anew; steps of Newton's method.
-_CLOSER, _STEPS = 3, 6
+_CLOSER, _STEPS = 3, 6  # how often a point is enclosed anew; of Newton's method
 
 
 @dataclass(frozen=True)
@@ -65,6 +63,7 @@ class Arc:
     away: list[arb]
     rates: list[arb_mat]
     returns: list[Sequence[Any]]
+    conditions: list[arb_mat]
 
     @classmethod
     def of(cls, family: Family, tube: Tube, away: list[arb]) -> Arc:
@@ -77,7 +76,7 @@ class Arc:
             given, scales = zip(*tube.taylor(return_map, family, away), strict=True)
             basis = eigenvectors(acb_mat(given[0]))  # any will do
             returns = [[basis.solve(acb_mat(x) * basis) for x in given], scales]
-        return cls(family, tube, away, rates, returns)
+        return cls(family, tube, away, rates, returns, tube.taylor(conditions, family, away))
 
     def box(self, h: arb) -> list[arb]:
         """What holds the branch at some values of h."""
@@ -110,21 +109,27 @@ class Arc:
         """What is shown from h = lo to hi."""
         h, rises, steady = lo.union(hi), 0, UNDECIDED
         box, (first, last) = self.box(h), (self.box(end)[-1] for end in (lo, hi))
-        verdict, why = motion(self.family, box)
+        verdict, why = motion(self.family, box, at(self.conditions, h).entries())
         with suppress(*OPEN):
             rate = self.speed(h, box)[-1]
             rises = 1 if rate > 0 else -1 if rate < 0 else 0
-        with suppress(*OPEN):
             if self.returns and verdict != "disproved":
                 steady = steadiness(*(at(x, h) for x in self.returns))
         return Slice(lo, hi, first, last, box[-1], rises, verdict, why, steady)
 
 
-def motion(family: Family, box: Sequence[arb]) -> tuple[str, str]:
-    """The verdict on the solutions in a box, and why."""
+def conditions(legs: Sequence[Any]) -> list[arb_mat]:
+    """The coefficients of what must be positive along a line, columns."""
+    return matrices([[x] for leg in legs for x, _ in leg.after()[1]], legs[0].terms)
+
+
+def motion(family: Family, box: Sequence[arb], values: Iterable[arb]) -> tuple[str, str]:
+    """The verdict on the solutions in a box, where conditions have these values, and why."""
     try:
-        orbit = family.at(box[-1])
-        show_motion(orbit, orbit.flights(box[:-1]))
+        orbit, each = family.at(box[-1]), iter(values)
+        flights = [orbit.flight(k, box[:-1], slopes=False) for k in range(len(orbit.legs))]
+        told = ([(next(each), why) for _, why in flight.conditions] for flight in flights)
+        show_motion(orbit, [replace(x, conditions=y) for x, y in zip(flights, told, strict=True)])
     except Refuted as reason:
         return "disproved", str(reason)
     except OPEN as reason:
@@ -164,16 +169,15 @@ def only_zero(arc: Arc, tests: Tests, lo: arb, hi: arb) -> tuple[str, arb]:
 def border(arc: Arc, lo: arb, hi: arb) -> tuple[str, arb]:
     """Where the only condition of a motion that may be 0 is 0; flights meet no stop up to there."""
 
-    def conditions(line: Sequence[Number]) -> list[tuple[arb, arb, str]]:
+    def tests(line: Sequence[Number]) -> list[tuple[arb, arb, str]]:
         # of a leg the first two are the time of flight and the approach velocity
         legs = [enumerate(leg.after()[1]) for leg in arc.family.along(line, 2)]
         every = [(x, "grazing" if k < 2 else "regime_border") for leg in legs for k, (x, _) in leg]
         return [(term(x, 0), term(x, 1), kind) for x, kind in every]
 
-    box = arc.box(lo.union(hi))
-    orbit = arc.family.at(box[-1])
-    show_motion(orbit, [replace(flight, conditions=[]) for flight in orbit.flights(box[:-1])])
-    return only_zero(arc, conditions, lo, hi)
+    if motion(arc.family, arc.box(lo.union(hi)), repeat(arb(1))) != ("proved", ""):
+        raise Undecided("a flight may meet a stop")
+    return only_zero(arc, tests, lo, hi)
 
 
 def multiplier(arc: Arc, lo: arb, hi: arb) -> tuple[str, arb]:

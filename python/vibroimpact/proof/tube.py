@@ -27,10 +27,8 @@ from .formulas import Landing, Machine, Number, Undecided, dot
 from .near import inverse_of
 from .verifier import Orbit
 
-#: Coefficients of a matrix: those of 1, h, h^2, ...
-Matrices: TypeAlias = list[arb_mat]
-#: What a direction is multiplied by, so that the next terms are small beside it.
-_LARGE = arb(2) ** 40
+Matrices: TypeAlias = list[arb_mat]  # coefficients of 1, h, h^2, ...
+_LARGE = arb(2) ** 40  # times a direction, so that the next terms are small beside it
 
 
 def term(x: Number, k: int) -> arb:
@@ -99,10 +97,8 @@ class Leg:
         """Leg k of nodes that are series."""
         machine, n, (begin, end, lasts) = orbit.machine, 2 * orbit.machine.size, orbit.times(k, z)
         first = [*z[k * (n + 1) : (k + 1) * (n + 1) - 1], *machine.drive(begin)]
-        parts = flow(machine, lasts, terms)
-        grid = [
-            [arb_series([x[i, j] for x in parts], terms) for j in range(n + 3)] for i in range(n)
-        ]
+        exp = flow(machine, lasts, terms)
+        grid = [[arb_series([x[i, j] for x in exp], terms) for j in range(n + 3)] for i in range(n)]
         last = [*(dot(row, first) for row in grid), *machine.drive(end)]
         return cls(orbit, k, terms, first, grid, last, end, lasts)
 
@@ -222,8 +218,7 @@ class Tube:
     def place(self, point: Sequence[arb]) -> arb | None:
         """The h of a point inside the tube, else None."""
         h = (point[self.axis] - self.line[0][self.axis]) / self.line[1][self.axis]
-        near = list(zip(point, self.coefficients(h, 0), self.radius, strict=True))
-        near[self.axis] = arb(0), arb(0), arb(1)  # Y_i = L_i(h)
+        near = zip(point, self.coefficients(h, 0), self.radius, strict=True)
         return h if abs(h) < 1 and all(abs(x - y) < r for x, y, r in near) else None
 
 
