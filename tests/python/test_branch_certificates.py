@@ -283,3 +283,18 @@ def test_altered_certificates_are_refused_or_state_the_same(tmp_path):
             assert vi.check_proof(path).statement == short_proof().statement
             assert values(content["claims"]) == values(good["claims"])
             assert values(content["machine"]) == values(good["machine"])
+
+
+def test_a_motion_without_impacts_is_not_told_over_two_periods(tmp_path):
+    """It solves those conditions as well, but repeats earlier."""
+    path = tmp_path / "branch.json"
+    content = saved(grazing_proof(), path)
+    (free,) = [piece for piece in content["pieces"] if piece["label"] == "1-0"]
+    free["m"], free["label"] = 2, "2-0"
+    with pytest.raises(vi.ProofError, match="may repeat earlier"):
+        vi.check_proof(rewritten(content, path))
+
+
+def rewritten(content, path):
+    path.write_text(json.dumps(content))
+    return path

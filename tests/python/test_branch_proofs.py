@@ -78,18 +78,28 @@ def test_a_period_doubling_ends_stability():
     assert "unstable" in [one.stability for one in after]
 
 
-def test_a_branch_is_proved_up_to_its_graze():
-    """The steady oscillation without a stop just reaches a gap of this size."""
+def test_a_graze_is_proved_from_both_sides():
+    """The steady oscillation without impacts just reaches a gap of this size.
+
+    Motions with an impact double their period just before.
+    """
     proof = grazing_proof()
     graze = 1 / np.hypot(1 - 4, 2 * 0.05 * 2.0)
-    (found,) = [one for one in proof.bifurcations if one.kind == "grazing"]
-    assert found.hi - found.lo < 1e-14
-    assert abs(found.lo - graze) < 1e-12
+    grazes = [one for one in proof.bifurcations if one.kind == "grazing"]
+    assert [one.label for one in grazes] == ["1-1", "1-0"]
+    assert all(one.hi - one.lo < 1e-14 and abs(one.lo - graze) < 1e-12 for one in grazes)
+    (doubling,) = [one for one in proof.bifurcations if one.kind == "period_doubling"]
     motions = [one for one in proof.stretches if one.verdict == "proved"]
-    assert max(one.hi for one in motions) == found.lo
+    assert [(one.lo, one.hi, one.label, one.stability) for one in motions] == [
+        (0.33, doubling.lo, "1-1", "stable"),
+        (doubling.hi, grazes[0].lo, "1-1", "unstable"),
+        (grazes[1].hi, 0.34, "1-0", "stable"),
+    ]
     assert {one.why for one in proof.stretches if one.verdict == "disproved"} == {
-        "leg 1: the bodies do not approach"
+        "leg 1: the bodies do not approach",
+        "leg 1: a stop is met in a flight",
     }
+    assert not proof.uncovered
 
 
 def test_an_impact_without_slip_before_it_is_a_border_of_both_directions():

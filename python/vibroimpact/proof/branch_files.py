@@ -17,7 +17,7 @@ from .chain import Shown, examine_chain, summary
 from .files import text
 from .formulas import Undecided
 from .parts import Slice
-from .verifier import PASSED
+from .verifier import CIRCUIT, PASSED
 
 #: Entries of a piece.
 _OF_PIECE = {"m", "label", "legs", "tubes", "open"}
@@ -229,8 +229,9 @@ def _holds(one: ProvedBifurcation, shown: ProvedBifurcation) -> bool:
 
 
 def label_of(piece: Mapping[str, Any]) -> str:
-    """The m-n of a piece; a flight that is cut is no impact."""
-    return f"{piece['m']}-{sum(regime != PASSED for _, regime in piece['legs'])}"
+    """The m-n of a piece; where a flight is cut, and the end of one period, are no impacts."""
+    passed = (PASSED, CIRCUIT[1])
+    return f"{piece['m']}-{sum(regime not in passed for _, regime in piece['legs'])}"
 
 
 def names_of(machine: Mapping[str, Any], place: Sequence[Any]) -> set[str]:

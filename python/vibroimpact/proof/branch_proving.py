@@ -203,7 +203,7 @@ def _goes_on(before: Piece, piece: Piece) -> bool:
 
 def _legs(piece: Piece) -> list[list[Any]] | str:
     """The legs of a piece; at its ends there may be no direction of slip."""
-    return legs_of(piece.motion(len(piece.values) // 2))
+    return legs_of(piece.motion(len(piece.values) // 2), free=True)
 
 
 def _visits(points: Array, within: tuple[float, float]) -> list[Array]:

@@ -11,7 +11,7 @@ import copy
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import groupby, pairwise
+from itertools import groupby, pairwise, product
 from typing import Any
 
 from flint import arb, ctx
@@ -20,7 +20,7 @@ from .certificate import machine_in, need, numbers
 from .formulas import REGIMES, Number, Refuted, Undecided
 from .parts import OPEN, Arc, Slice, border, multiplier
 from .tube import TERMS, Family, Tube, image
-from .verifier import PASSED
+from .verifier import CIRCUIT, PASSED
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,10 @@ class Shown:
 def family_of(machine: Mapping[str, Any], place: Sequence[Any], piece: Mapping[str, Any]) -> Family:
     """The family of a piece of a certificate, over the number of a machine at a place."""
     m, legs = piece["m"], tuple((stop, regime) for stop, regime in piece["legs"])
-    stops = range(len(machine.get("stops", [0])))
-    known = all(x in (*REGIMES, PASSED) and type(k) is int and k in stops for k, x in legs)
+    places = product(range(len(machine.get("stops", [0]))), (*REGIMES, PASSED))
+    known = {*places, CIRCUIT} >= set(legs) and all(type(k) is int for k, _ in legs)
     need(known and legs and type(m) is int and 0 < m < 10**6, "legs, or m")
+    need(CIRCUIT not in legs or m == 1, "a motion that may repeat earlier")
     path = ["numbers", *place] if machine["kind"] == "two bodies" else place
     return Family(lambda value: machine_in(changed(machine, path, value)), m, legs)
 

@@ -38,7 +38,7 @@ _MOST_BEYOND, _AHEAD = 8, 4.0
 #: Attempts at a narrower one, and its least radius as a power of 2 of the half length.
 _NARROWINGS, _NARROWEST = 2, 44
 #: Part of a tube that may stay open, as about a bifurcation.
-_OPEN = 0.05
+_OPEN = 0.0
 #: How much longer than the one before a tube is tried, and than one that was too long.
 _GROWTH, _EASE = 2.0, 1.15
 #: Halvings of a part of a tube, and how many parts are halved.
