@@ -37,8 +37,6 @@ _TRIES, _PAUSE = 20, 6
 _MOST_BEYOND, _AHEAD = 8, 4.0
 #: Attempts at a narrower one, and its least radius as a power of 2 of the half length.
 _NARROWINGS, _NARROWEST = 2, 44
-#: Part of a tube that may stay open, as about a bifurcation.
-_OPEN = 0.0
 #: How much longer than the one before a tube is tried, and than one that was too long.
 _GROWTH, _EASE = 2.0, 1.15
 #: Halvings of a part of a tube, and how many parts are halved.
@@ -298,13 +296,12 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
         shorter = bool(tries) and half > _FINEST * length
         told = parts_of(arc, lo, hi, _HASTE if shorter else _PATIENCE)
         open_ = [one for one in resolved(arc, told) if not one.known]
-        dark = sum(float((one.hi - one.lo).upper()) for one in open_) / float(hi)
-        if dark > _OPEN and shorter:
+        if open_ and shorter:
             longest, half, tries = half, half / 2, tries - 1
             continue
         # where the verdict stays open some longer tubes are taken as they are
-        allowed = max(1, allowed // 2) if dark > _OPEN else _TRIES
-        pause = _PAUSE if dark > _OPEN and tries else pause - 1
+        allowed = max(1, allowed // 2) if open_ else _TRIES
+        pause = _PAUSE if open_ and tries else pause - 1
         tries = 0 if pause > 0 else allowed
         whole, told = told, cut_back(told)
         hi = told[-1].hi
