@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .arguments import path as checked_path
+from .arguments import reject
 from .whole_file import whole_file
 
 _Result = TypeVar("_Result")
@@ -28,6 +29,9 @@ FORMAT = "vibroimpact"
 # 2: events of sustained contact in a run. 3: diagrams are columns over a grid. Older ones are
 # refused.
 _FORMAT_VERSION = 3
+
+# Endings of files of tables, of which none is written.
+_TABLES = (".csv", ".tsv", ".txt", ".xlsx", ".mat")
 
 # What the readers of zip, deflate, npy and JSON raise on bytes that are not what they claim to be.
 _DAMAGE = (
@@ -55,6 +59,8 @@ def write(
         If it cannot be written; a file that was there before is unchanged.
     """
     path = checked_path("path", path)
+    if Path(path).suffix in _TABLES:
+        reject("path", path, "the path of a file .npz; to_pandas() gives tables for other files")
     text = json.dumps(
         {
             "format": FORMAT,
@@ -120,6 +126,7 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
 
 def _damaged(path: str | os.PathLike[str], error: Exception) -> ValueError:
     if Path(path).suffix == ".json":
-        hint = "; vibroimpact.check_proof reads the certificate of a proof"
-        return ValueError(f"{path}: not a vibroimpact file of arrays{hint}")
+        hint = "vibroimpact.check_proof reads the certificate of a proof; from_json of System, "
+        hint += "Structure and Stop reads the text that to_json gives"
+        return ValueError(f"{path}: not a vibroimpact file of arrays; {hint}")
     return ValueError(f"{path}: not a vibroimpact file, or damaged ({error!r})")

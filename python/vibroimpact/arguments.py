@@ -10,7 +10,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from numbers import Integral, Real
-from typing import Any, NamedTuple, NoReturn, ParamSpec, TypeVar
+from typing import Any, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,22 +28,18 @@ Arguments = ParamSpec("Arguments")
 _MOST = 2**53
 
 
-class Horizon(NamedTuple):
-    """How far a run goes and what it keeps: exactly one of ``periods`` and ``time`` is set."""
-
-    periods: int | None
-    time: float | None
-    keep: int | None
-
-
 # Of a longer value an error shows the beginning.
 LONGEST = 200
+# Of more rows it does not tell the lengths, of more numbers in an array not what they are.
+_MOST_ROWS = 8
 
 
 def in_short(value: object) -> str:
     """Return a value as an error shows it: an object of many numbers says what it is."""
     # Asked of the type: an object that gives hints for unknown names would give one here.
     words = getattr(type(value), "_in_short", None)
+    if isinstance(value, np.ndarray) and value.size > _MOST_ROWS:
+        return f"an array of shape {value.shape}"
     text = repr(value) if words is None else words(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
 
@@ -69,6 +65,14 @@ def number(name: str, value: Any, allowed: str = "a finite number") -> float:
     if not math.isfinite(result):
         reject(name, value, allowed)
     return result + 0.0
+
+
+def parameter(name: str, value: Any, allowed: str = "a finite number") -> float:
+    """Return a ``number`` of a machine; several of them are the axis of a sweep."""
+    if isinstance(value, list | tuple | np.ndarray) and np.size(value) > 1:
+        sweeps = f"vibroimpact.bifurcation_diagram(..., {name}=[...]) and other sweeps vary it"
+        reject(name, value, f"{allowed}; {sweeps}")
+    return number(name, value, allowed)
 
 
 def positive(name: str, value: Any) -> float:
@@ -110,6 +114,8 @@ def pair(name: str, value: Any, allowed: str) -> tuple[Any, Any]:
     try:
         first, second = value
     except (TypeError, ValueError):
+        if isinstance(value, np.ndarray) and value.ndim == 1 and value.size:
+            allowed += f"; of these numbers ({value[0]:g}, {value[-1]:g})"
         reject(name, value, allowed)
     return first, second
 
@@ -140,13 +146,6 @@ def path(name: str, value: Any, what: str = "the path of a file") -> str:
 def optional_count(name: str, value: Any, *, least: int, most: int = _MOST) -> int | None:
     """Return None for None, else a checked count."""
     return None if value is None else count(name, value, least=least, most=most)
-
-
-def kept_periods(keep: Any, periods: int, *, usual: int, least: int = 0) -> int:
-    """Return how many of ``periods`` are kept: ``usual``, or all of fewer, where None is given."""
-    if keep is None:
-        return min(usual, periods)
-    return count("keep", keep, least=least, most=periods)
 
 
 # So many of the names that a function takes are listed where values are given without names.
@@ -280,24 +279,6 @@ def several(name: str, given: Any, *kinds: type[Item]) -> list[Item]:
     return many
 
 
-def horizon(drive_frequency: float, *, periods: Any, time: Any, keep: Any) -> Horizon:
-    """Check the length of a run: whole drive periods, or a time where there is no period."""
-    if (periods is None) == (time is None):
-        given = "neither" if periods is None else "both"
-        raise ParameterError(f"give exactly one of periods= and time=, got {given}")
-    if drive_frequency == 0.0:
-        for name, value in (("periods", periods), ("keep", keep)):
-            if value is not None:
-                allowed = "None for drive_frequency = 0, without a drive period: give one, or time="
-                reject(name, value, allowed)
-    if periods is None:
-        if keep is not None:
-            reject("keep", keep, "None together with time=; it counts drive periods")
-        return Horizon(None, positive("time", time), None)
-    periods = count("periods", periods, least=1)
-    return Horizon(periods, None, optional_count("keep", keep, least=0, most=periods))
-
-
 def as_floats(array: NDArray[Any]) -> NDArray[np.float64]:
     """Return real numbers as float64, with -0.0 made 0.0; infinite where they are beyond it."""
     if array.dtype == np.float64:
@@ -326,7 +307,31 @@ def array_of(
     try:
         return np.asarray(given)
     except ValueError as ragged:
-        raise error(refusal()) from ragged
+        raise error(f"{refusal()}{_row_lengths(given)}") from ragged
+
+
+def _row_lengths(given: Any) -> str:
+    """Return what to add about rows of different lengths, such as where a bracket is missing."""
+    rows = [len(row) if isinstance(row, Sequence) else 0 for row in given][:_MOST_ROWS]
+    if len({*rows}) < 2:
+        return ""
+    return f"; its rows have {', '.join(str(n) if n else 'no' for n in rows)} entries"
+
+
+def refuse_kind(
+    name: str, array: NDArray[Any], *, error: type[ValueError] = ParameterError
+) -> NoReturn:
+    """Refuse an array that is none of real numbers: by its first entry, as where text is in it."""
+    for place, entry in np.ndenumerate(array):
+        if not isinstance(entry, Real) or isinstance(entry, bool | np.bool_):
+            where = f"{name}[{', '.join(map(str, place))}]" if place else name
+            text = isinstance(entry, str)
+            shown = repr(str(entry)) if text else in_short(entry)
+            raise error(
+                f"{where} = {shown} is not allowed; allowed: a real number"
+                f"{', not text' if text else ''}"
+            )
+    raise error(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
 
 
 def states(initial: Any, name: str = "initial") -> NDArray[np.float64]:
@@ -366,7 +371,7 @@ def starts(initial: Any, count: int, name: str = "initial") -> NDArray[np.float6
         turned = ", did you mean its transpose?" if array.shape == (count, 2) else ""
         raise StateError(f"{shown} is not allowed; allowed: {wanted}{turned}")
     if array.dtype.kind not in "iuf":
-        raise StateError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
+        refuse_kind(name, array, error=StateError)
     result = as_floats(array)
     finite = np.isfinite(result)
     if not finite.all():
@@ -414,7 +419,7 @@ def vector(
         array = np.repeat(array, length)
     _check_shape(name, array, length, ", or one number for all" if spread else "")
     if array.dtype.kind not in "iuf" and array.size > 0:
-        raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
+        refuse_kind(name, array)
     result = as_floats(array)
     _check_finite(name, result)
     return result
@@ -448,6 +453,8 @@ def matrix(
     array = array_of(name, values, "a matrix of finite numbers")
     sides = ["n >= 1" if side is None else str(side) for side in (rows, columns)]
     wanted = f"({', '.join(sides)})"
+    if not array.ndim and array.dtype.kind in "iuf" and rows == columns in (None, 1):
+        more += f", such as [[{array.item()!r}]]"
     fits = array.ndim == 2 and array.size > 0
     if fits and rows is None and columns is None:
         fits = array.shape[0] == array.shape[1]
@@ -459,7 +466,7 @@ def matrix(
         shown = _shape_of(name, array)
         raise ParameterError(f"{shown} is not allowed; allowed: shape {wanted}{more}")
     if array.dtype.kind not in "iuf":
-        raise ParameterError(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
+        refuse_kind(name, array)
     result = as_floats(array)
     _check_finite(name, result)
     return result

@@ -23,6 +23,10 @@ _OTHER_NAMES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("threads", "n_jobs", "cores"), ("workers",)),
     **dict.fromkeys(("tolerance", "tol", "atol"), ("chatter_tolerance",)),
     **{"x": ("x1", "q_0"), "q": ("q_0",), "v": ("v1", "v_0")},
+    **dict.fromkeys(("force", "forcing", "F0"), ("drive_amplitude", "force_amplitude")),
+    **dict.fromkeys(("load", "weight", "gravity", "preload"), ("static_load", "static_force")),
+    **dict.fromkeys(("cor", "coefficient_of_restitution"), ("restitution",)),
+    **{"clearance": ("gap",), "direction": ("normal",), "masses": ("mass",)},
     **{"x1": ("q_0",), "x2": ("q_1",), "v1": ("v_0",), "v2": ("v_1",)},
 }
 
@@ -44,15 +48,18 @@ _OTHER_PARTS = {"v": "v_pre", "v_pre": "v", "v_post": "v", "x": "q", "u": "q"}
 _NUMBERED = re.compile(r"(.+)(_\d+)")
 
 
+def _spelled(name: str) -> list[str]:
+    """Return a name as it stands, and with other capitals: PD, pd, Flip."""
+    return [*dict.fromkeys((name, name.lower(), name.upper()))]
+
+
 def closest(name: str, known: Iterable[str]) -> str | None:
     """Return the known name that is meant by an unknown one, None if none is close."""
     import difflib  # here, to keep the import of the package light
 
     names = [*known]
-    # As it stands, or with other capitals: PD, pd, Flip.
-    spelled = dict.fromkeys((name, name.lower(), name.upper()))
     tables = (_OTHER_NAMES, _OTHER_KINDS)
-    others = [other for each in spelled for table in tables for other in table.get(each, ())]
+    others = [other for each in _spelled(name) for table in tables for other in table.get(each, ())]
     others += [_OTHER_COLUMNS.get(name, ""), f"{name}_0"]
     if match := _NUMBERED.fullmatch(name):
         others.append(f"{_OTHER_PARTS.get(match[1])}{match[2]}")
@@ -70,13 +77,21 @@ IN_SI = frozenset(
 )
 
 
+# What a structure has, and a `System` has not.
+_OF_STRUCTURES = {"mass", "masses", "m", "stops", "stop", "damping_ratios", "normal"}
+
+
 def close_to(name: str, known: Iterable[str]) -> str:
     """Return a hint for the error about an unknown name: the known name that is meant by it."""
     names = [*known]
-    physical = [each for each in (name, *_OTHER_NAMES.get(name, ())) if each in IN_SI]
+    others = (other for each in _spelled(name) for other in (each, *_OTHER_NAMES.get(each, ())))
+    if "mass_ratio" in names and (own := _OF_STRUCTURES & {name}) and not own & {*names}:
+        return "; a vibroimpact.Structure takes masses, springs and stops of your own, as matrices"
+    physical = [each for each in others if each in IN_SI]
     if physical and "mass_ratio" in names and physical[0] not in names:
         taken = "System.from_physical takes it, and sweeps of such a system vary it with units='SI'"
-        return f"; {physical[0]} is a quantity in SI units: {taken}."
+        other = "other masses and springs are a vibroimpact.Structure"
+        return f"; {physical[0]} is a quantity in SI units: {taken}; {other}."
     meant = closest(name, names)
     return f", did you mean {meant}?" if meant else ""
 
@@ -92,6 +107,8 @@ _OTHER_VERBS: dict[str, str] = {
     **dict.fromkeys(("animate", "animation"), "plot.animation, or run.animate()"),
     **dict.fromkeys(("bifurcation", "diagram"), "bifurcation_diagram"),
     **dict.fromkeys(("ImpactOscillator", "Oscillator", "BouncingBall", "Parameters"), "System"),
+    **dict.fromkeys(("Wall", "Obstacle", "Barrier", "Constraint"), "Stop"),
+    **dict.fromkeys(("Mass", "Spring", "Chain", "MassSpring", "TwoMass", "Beam"), "Structure"),
 }
 
 

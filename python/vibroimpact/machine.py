@@ -153,6 +153,10 @@ class Machine(ByValue, Shown):
     def _run(self, core: Any, start: Array) -> Any:
         """Return the run of that compiled one from a start."""
 
+    def _where_to_begin(self, starts: Array) -> str:
+        """Return what to add to the error about starts of which some lie inside a contact."""
+        return ""
+
     @property
     def _not_in_si(self) -> str:
         """What numbers without ``units=`` mean, where they may be meant in SI; "" elsewhere."""

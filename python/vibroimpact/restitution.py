@@ -234,6 +234,8 @@ class RestitutionPowerLaw(RestitutionCurve):
 
 Restitution = float | RestitutionTable | RestitutionPowerLaw
 _ALLOWED = "a restitution curve, or a number in [0, 1]"
+# From here on a number may be meant in per cent.
+_PER_CENT = 5.0
 
 
 def restitution_of(given: Any) -> Restitution:
@@ -243,7 +245,10 @@ def restitution_of(given: Any) -> Restitution:
     if isinstance(given, Mapping):
         kind = RestitutionTable if {"speeds", "values"} & {*given} else RestitutionPowerLaw
         return kind.from_dict(given)
-    return number("restitution", given, _ALLOWED)
+    value = number("restitution", given, _ALLOWED)
+    if _PER_CENT <= value <= 100.0:
+        reject("restitution", value, f"{_ALLOWED}; {value:g} per cent are {0.01 * value:g}")
+    return value
 
 
 class HasRestitution:

@@ -14,17 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._core import Regime
 from .archived import Archived
-from .arguments import (
-    count,
-    flag,
-    horizon,
-    not_negative,
-    optional_count,
-    positive,
-    reject,
-    times_of,
-)
+from .arguments import count, flag, not_negative, optional_count, positive, reject, times_of
 from .errors import Interrupted, SimulationError, warn
+from .horizons import horizon
 from .interruption import interruptible
 from .machine import Machine
 from .period_report import PeriodReport, as_period_report

@@ -10,17 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._core import CHATTER_TOLERANCE
-from .arguments import (
-    Horizon,
-    flag,
-    horizon,
-    number,
-    optional_count,
-    positive,
-    reject,
-    threads,
-)
-from .errors import Interrupted, SimulationError
+from .arguments import flag, number, optional_count, positive, reject, threads
+from .errors import Interrupted, SimulationError, StateError
+from .horizons import Horizon, horizon
 from .interruption import interruptible
 from .machine import Machine
 from .run import Run
@@ -248,9 +240,7 @@ def simulated(
     single = start.ndim == system._AXES
     bar = _bar_of_run(span, shown) if single else progress_bar("runs", len(start), "run", shown)
     with bar as tell:
-        cores, interrupted, failure = _core.simulate(
-            system._compiled, system._to_core(start), progress=tell, **options
-        )
+        cores, interrupted, failure = _begun(system, start, progress=tell, **options)
     if single:
         run: Run | StructureRun = system._run(cores[0], start)
         if failure is not None:
@@ -265,6 +255,15 @@ def simulated(
         place, reason = failure
         raise SimulationError(f"run {place}: {reason}", runs, holds="all runs")
     return runs
+
+
+def _begun(system: Machine, starts: NDArray[Any], **options: Any) -> Any:
+    """Simulate in the core; what is wrong with a start has a word on where one may be."""
+    states = system._to_core(starts)
+    try:
+        return _core.simulate(system._compiled, states, **options)
+    except StateError as error:
+        raise StateError(f"{error}{system._where_to_begin(starts)}") from None
 
 
 def _bar_of_run(span: Horizon, shown: bool) -> AbstractContextManager[_Tell | None]:
@@ -295,7 +294,6 @@ def _tqdm_bar(name: str, total: int, unit: str, scale: float) -> Iterator[_Tell]
 
 def refuse_overlap(system: Machine, initial: Any) -> None:
     """Raise StateError for starts that do not fit: by runs of no length."""
-    starts = system._to_core(system._starts(initial))
-    _, interrupted, _ = _core.simulate(system._compiled, starts, time=0.0)
+    _, interrupted, _ = _begun(system, system._starts(initial), time=0.0)
     if interrupted:
         raise KeyboardInterrupt

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .arguments import naming, not_negative, number, reject, vector
+from .arguments import naming, not_negative, parameter, reject, vector
 from .by_value import ByValue, fixed
 from .errors import ParameterError
 from .interruption import interruptible
@@ -102,8 +102,8 @@ class Stop(HasRestitution, ByValue, Shown):
         amplitude: float = 0.0,
         phase: float = 0.0,
     ) -> None:
-        if isinstance(normal, Real):
-            # The place of a mass, perhaps.
+        if isinstance(normal, Real | str):
+            # The place of a mass, perhaps, or its name.
             reject("normal", normal, "one number for each coordinate, such as [0, 0, 1]")
         row = fixed(vector("normal", normal))
         if not len(row):
@@ -117,12 +117,12 @@ class Stop(HasRestitution, ByValue, Shown):
                 )
         values: dict[str, Any] = {
             "normal": row,
-            "gap": number("gap", gap),
+            "gap": parameter("gap", gap),
             "restitution": restitution_of(restitution),
             "friction": not_negative("friction", friction),
             "tangent": tangent,
-            "amplitude": number("amplitude", amplitude),
-            "phase": number("phase", phase),
+            "amplitude": parameter("amplitude", amplitude),
+            "phase": parameter("phase", phase),
         }
         if tangent is None and values["friction"] > 0.0:
             reject("tangent", None, "a row, with friction > 0: the slip is along it")
@@ -361,7 +361,7 @@ def checked_stops(stops: Any, count: int | None = None) -> tuple[Stop, ...]:
         reject("stops", stops, "a vibroimpact.Stop or a sequence of them")
     for place, stop in enumerate(stops):
         if not isinstance(stop, Stop):
-            reject(f"stops[{place}]", stop, "a vibroimpact.Stop")
+            reject(f"stops[{place}]", stop, "a vibroimpact.Stop(normal, gap, restitution)")
         if count is not None and len(stop.normal) != count:
             raise ParameterError(
                 f"stops[{place}].normal of shape {stop.normal.shape} is not allowed; "

@@ -37,6 +37,7 @@ from .stop import (
     with_changes,
 )
 from .structure_fields import checked_fields, drive_of_pairs, warn_of_ratios
+from .structure_rest import where_to_begin
 from .verbs import verb
 
 Array = NDArray[np.float64]
@@ -108,6 +109,7 @@ class Structure(Machine):
 
     _WHAT = "structure"
     _AXES = 2
+    _where_to_begin = where_to_begin
 
     mass: Array | None
     stiffness: Array | None
@@ -349,8 +351,7 @@ class Structure(Machine):
             hint = close_to(name, names) or f"; known: {', '.join(names)} ..."
             raise TypeError(f"replace() got an unexpected keyword argument {name!r}{hint}")
         if "modal_mass" in own and "shapes" not in own:
-            allowed = "a value together with shapes=, which it scales"
-            reject("modal_mass", own["modal_mass"], allowed)
+            reject("modal_mass", own["modal_mass"], "a value beside shapes=, which it scales")
         for name, other in (("damping", "damping_ratios"), ("damping_ratios", "damping")):
             if name in own:
                 fields.pop(other, None)
@@ -471,8 +472,7 @@ class Structure(Machine):
         return {name: value for name, value in fields.items() if value is not None}
 
     def _facts(self) -> Facts:
-        names = ("drive_frequency", "law", "simultaneous")
-        words = {name: getattr(self, name) for name in names}
+        words = {name: getattr(self, name) for name in ("drive_frequency", "law", "simultaneous")}
         stops = {f"stops[{place}]": stop._line() for place, stop in enumerate(self.stops)}
         return {
             "coordinates": self.coordinates,

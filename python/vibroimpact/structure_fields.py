@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arguments import complex_vector, matrix, number, reject, vector
+from .arguments import complex_vector, matrix, parameter, reject, vector
 from .by_value import fixed
 from .errors import warn
 from .stop import checked_stops
@@ -76,7 +76,7 @@ def checked_fields(given: Mapping[str, Any], *, count: int, modes: int) -> dict[
         load = np.zeros(count) if fields[name] is None else fields[name]
         fields[name] = fixed(check(name, load, length=count))
     for name in ("drive_frequency", "phase"):
-        fields[name] = number(name, fields[name])
+        fields[name] = parameter(name, fields[name])
     for name, known in CHOICES.items():
         choice = fields[name]
         if not isinstance(choice, str) or choice not in known:

@@ -8,6 +8,7 @@ symbols on the notation page.
 """
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import PARAMETERS
-from .arguments import naming, number, pair, reject, states
+from .arguments import naming, number, pair, parameter, reject, states
 from .errors import warn
 from .interruption import interruptible
 from .keyword_types import Changes, Contact, Law, completing
@@ -188,7 +189,7 @@ class System(HasRestitution, Mechanics):
             "phase": phase,
         }
         for name, value in numbers.items():
-            object.__setattr__(self, name, number(name, value, PARAMETERS[name].allowed))
+            object.__setattr__(self, name, parameter(name, value, PARAMETERS[name].allowed))
         object.__setattr__(self, "restitution", restitution_of(restitution))
         for name, choice in (("contact", contact), ("law", law)):
             # A lone surrogate is no character; the core does not accept it.
@@ -435,6 +436,13 @@ class System(HasRestitution, Mechanics):
         self, states: NDArray[np.float64], phases: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         return self.accelerations(states, phases)
+
+    def _where_to_begin(self, starts: NDArray[np.float64]) -> str:
+        for x1, _, x2, _ in np.reshape(starts, (-1, 4)).tolist():
+            reach = (math.sin(x1) if self.contact == "oblique" else x1) - self.gap
+            if x2 < reach:
+                return f", which is x2 >= {reach:.6g} there"
+        return ""
 
     @property
     def _not_in_si(self) -> str:

@@ -59,7 +59,7 @@ def test_shapes_of_any_length_are_scaled_by_the_modal_mass():
     # What underflows to -0.0 is 0.
     light = beam(shapes=[[-1e-200, 1], [0.5, -1], [1, 2]], modal_mass=[1e300, 1])
     assert vi.Structure.from_json(light.to_json()) == light
-    with pytest.raises(vi.ParameterError, match=r"^modal_mass = \[4, 4\].*together with shapes="):
+    with pytest.raises(vi.ParameterError, match=r"^modal_mass = \[4, 4\].*beside shapes="):
         beam().replace(modal_mass=[4, 4])
 
 

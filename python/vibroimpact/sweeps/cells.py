@@ -10,17 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import CHATTER_TOLERANCE
-from ..arguments import (
-    axis,
-    count,
-    flag,
-    kept_periods,
-    number,
-    optional_count,
-    positive,
-    reject,
-    swept,
-)
+from ..arguments import axis, count, flag, number, optional_count, positive, reject, swept
+from ..horizons import kept_periods
 from ..machine_kinds import is_maker
 from ..made import names_of
 from .fields import STATUS, ChunkResult, Field, RowGroup

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._core import CHATTER_TOLERANCE
-from ..arguments import count, flag, kept_periods, positive, reject, state, threads
+from ..arguments import count, flag, positive, reject, state, threads
+from ..horizons import kept_periods
 from ..interruption import interruptible
 from ..keyword_types import Axes, completing
 from ..machine_kinds import is_maker, is_structure

@@ -22,18 +22,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..._core import CHATTER_TOLERANCE
-from ...arguments import (
-    axis,
-    count,
-    kept_periods,
-    optional_count,
-    positive,
-    reject,
-    state,
-    swept,
-    threads,
-)
+from ...arguments import axis, count, optional_count, positive, reject, state, swept, threads
 from ...errors import Interrupted
+from ...horizons import kept_periods
 from ...interruption import interruptible
 from ...keyword_types import Coordinates, completing
 from ...machine import Machine
