@@ -69,7 +69,8 @@ def number(name: str, value: Any, allowed: str = "a finite number") -> float:
 
 def parameter(name: str, value: Any, allowed: str = "a finite number") -> float:
     """Return a ``number`` of a machine; several of them are the axis of a sweep."""
-    if isinstance(value, list | tuple | np.ndarray) and np.size(value) > 1:
+    size = value.size if isinstance(value, np.ndarray) else 0
+    if size > 1 or (isinstance(value, list | tuple) and len(value) > 1):
         sweeps = f"vibroimpact.bifurcation_diagram(..., {name}=[...]) and other sweeps vary it"
         reject(name, value, f"{allowed}; {sweeps}")
     return number(name, value, allowed)
@@ -114,7 +115,8 @@ def pair(name: str, value: Any, allowed: str) -> tuple[Any, Any]:
     try:
         first, second = value
     except (TypeError, ValueError):
-        if isinstance(value, np.ndarray) and value.ndim == 1 and value.size:
+        plain = type(value) is np.ndarray and value.ndim == 1 and value.dtype.kind in "iuf"
+        if plain and value.size:
             allowed += f"; of these numbers ({value[0]:g}, {value[-1]:g})"
         reject(name, value, allowed)
     return first, second
@@ -326,7 +328,7 @@ def refuse_kind(
         if not isinstance(entry, Real) or isinstance(entry, bool | np.bool_):
             where = f"{name}[{', '.join(map(str, place))}]" if place else name
             text = isinstance(entry, str)
-            shown = repr(str(entry)) if text else in_short(entry)
+            shown = in_short(entry.item() if isinstance(entry, np.generic) else entry)
             raise error(
                 f"{where} = {shown} is not allowed; allowed: a real number"
                 f"{', not text' if text else ''}"

@@ -2,14 +2,30 @@
 
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
 _HERE = Path(__file__).parent
+_HEARD: ContextVar[bool] = ContextVar("_HEARD", default=True)
+
+
+@contextmanager
+def unheard() -> Iterator[None]:
+    """Let calls in a ``with`` block not warn: what they find is shown in another way."""
+    token = _HEARD.set(False)
+    try:
+        yield
+    finally:
+        _HEARD.reset(token)
 
 
 def warn(message: str) -> None:
     """Warn at the line outside of this package that called it."""
+    if not _HEARD.get():
+        return
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and Path(frame.f_code.co_filename).is_relative_to(_HERE):
         level, frame = level + 1, frame.f_back

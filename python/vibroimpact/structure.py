@@ -109,7 +109,6 @@ class Structure(Machine):
 
     _WHAT = "structure"
     _AXES = 2
-    _where_to_begin = where_to_begin
 
     mass: Array | None
     stiffness: Array | None
@@ -399,8 +398,7 @@ class Structure(Machine):
         return 2.0 * np.pi / float(moving[0]) if len(moving) else 1.0
 
     def _least_size(self, name: str, start: Array) -> float:
-        one = numbered(name)
-        kind = one.what if one else name
+        kind = one.what if (one := numbered(name)) else name
         if name == "drive_frequency":
             return _LEAST_PART * self._fastest
         if kind not in ("gap", "q", "v"):
@@ -454,6 +452,9 @@ class Structure(Machine):
     def _starts(self, initial: Any) -> Array:
         return starts(initial, self.coordinates)
 
+    def _where_to_begin(self, starts: Array) -> str:
+        return where_to_begin(self._basis, self.stops, self.static_load, starts)
+
     def _chosen(self, units: Any) -> None:
         if units is not None:
             reject("units", units, "None: a structure has no scales")
@@ -483,8 +484,7 @@ class Structure(Machine):
 
     def _in_short(self) -> str:
         counts = {"coordinate": self.coordinates, "stop": len(self.stops)}
-        some = [counted(count, what) for what, count in counts.items()]
-        return f"a structure of {' with '.join(some)}"
+        return f"a structure of {' with '.join(counted(n, what) for what, n in counts.items())}"
 
     def _made_by(self) -> str:
         return "Structure.from_modes" if self._basis.is_modal else "Structure"

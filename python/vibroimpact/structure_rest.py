@@ -8,14 +8,14 @@ after another, as it is wanted for a message, and of few stops.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from .structure import Structure
+from .modal_basis import Matrices, ModalBasis
+from .stop import Stop
 
 Array = NDArray[np.float64]
 
@@ -27,23 +27,21 @@ _MOST_SHOWN = 8
 _ROUNDING = 1e-9
 
 
-def gaps_at(structure: Structure, q: Array) -> Array:
+def gaps_at(stops: Sequence[Stop], q: Array) -> Array:
     """Return the gap functions of all stops at t = 0."""
     return np.array(
-        [
-            stop.normal @ q - stop.gap - stop.amplitude * np.cos(stop.phase)
-            for stop in structure.stops
-        ]
+        [stop.normal @ q - stop.gap - stop.amplitude * np.cos(stop.phase) for stop in stops]
     )
 
 
-def rest_on_stops(structure: Structure) -> Array | None:
+def rest_on_stops(
+    basis: Matrices | ModalBasis, stops: Sequence[Stop], static_load: Array
+) -> Array | None:
     """Return where it rests, (n,), its stops as they are at t = 0; None if that is not found."""
-    basis, stops = structure._basis, structure.stops
     _, stiffness = basis.matrices
-    load = basis.on("static_load", structure.static_load)
+    load = basis.on("static_load", static_load)
     rows = np.array([basis.on("normal", stop.normal) for stop in stops]).reshape(len(stops), -1)
-    reach = -gaps_at(structure, np.zeros(structure.coordinates))
+    reach = -gaps_at(stops, np.zeros(len(static_load)))
     for count in range(min(len(stops), len(load)) + 1 if len(stops) <= _MOST_STOPS else 0):
         for held in map(list, combinations(range(len(stops)), count)):
             system = np.block([[stiffness, rows[held].T], [rows[held], np.zeros((count, count))]])
@@ -59,18 +57,20 @@ def rest_on_stops(structure: Structure) -> Array | None:
     return None
 
 
-def where_to_begin(structure: Structure, starts: Array) -> str:
+def where_to_begin(
+    basis: Matrices | ModalBasis, stops: Sequence[Stop], static_load: Array, starts: Array
+) -> str:
     """Return what to add to the error about starts of which some lie inside a stop."""
-    for q in starts.reshape(-1, 2, structure.coordinates)[:, 0]:
-        over = gaps_at(structure, q)
+    for q in starts.reshape(-1, 2, len(static_load))[:, 0]:
+        over = gaps_at(stops, q)
         if not (over > 0.0).any():
             continue
         if q.any():
             place = int(over.argmax())
-            reach = structure.stops[place].normal @ q - over[place]
+            reach = stops[place].normal @ q - over[place]
             return f", which is normal . q <= {reach:.6g} there"
         # At 0 it lies inside stops that press on it.
-        rest = rest_on_stops(structure)
+        rest = rest_on_stops(basis, stops, static_load)
         if rest is None or len(rest) > _MOST_SHOWN:
             return "; gap < 0 is a preload, and q = 0 is not where it rests"
         return f"; gap < 0 is a preload, and it rests at q = {[float(f'{x:.6g}') for x in rest]}"

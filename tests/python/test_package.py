@@ -113,9 +113,9 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
     packages, modules, slow = _run(code, strip=False).splitlines()
     assert packages == "numpy vibroimpact"
     needed = (
-        "_core archived arguments by_value errors extras hints impacts interruption keyword_types "
-        "machine machine_kinds mechanics period_report physical restitution run run_parts "
-        "run_record scales showing simulation system tables verbs"
+        "_core archived arguments by_value errors extras hints horizons impacts interruption "
+        "keyword_types machine machine_kinds mechanics period_report physical restitution run "
+        "run_parts run_record scales showing simulation system tables verbs"
     )
     assert modules == needed
     assert slow == ""

@@ -219,7 +219,7 @@ def test_a_structure_of_modes_has_its_shapes(ax):
         (3, "^state = 3"),
         (np.zeros((3, 2, 2)), "(?s)state = .* allowed: one state, rows q and v of shape"),
         ([[0, 0], [0, np.nan]], r"^state\[1, 1\] = nan"),
-        ([["a", "b"], ["c", "d"]], "^state of type"),
+        ([["a", "b"], ["c", "d"]], r"^state\[0, 0\] = 'a' is not allowed; .* not text$"),
     ],
 )
 def test_a_sketch_needs_a_state_of_the_structure(state, words):

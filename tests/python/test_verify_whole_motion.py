@@ -122,7 +122,7 @@ def test_what_a_run_has_not_kept_is_made_again_to_the_same_bits(system, phase, t
 
 
 def test_a_run_that_keeps_all_is_not_made_again(monkeypatch):
-    monkeypatch.delattr(stretches_module, "simulate")
+    monkeypatch.delattr(stretches_module, "simulated")
     parts = stretches(simulated(periods=9), 100)
     assert (parts.lead, parts.again, parts.from_start) == (None, None, True)
 
@@ -242,7 +242,7 @@ def test_ctrl_c_while_the_run_is_made_again(monkeypatch):
     def interrupted(*_, **__):
         raise vi.Interrupted("interrupted", run)
 
-    monkeypatch.setattr(stretches_module, "simulate", interrupted)
+    monkeypatch.setattr(stretches_module, "simulated", interrupted)
     with pytest.raises(vi.Interrupted, match="verified so far") as caught:
         vi.verify(run)
     found = caught.value.result

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+from ..errors import unheard
 from ..interruption import Cancellation, heeding
 from .pace import Pace
 
@@ -118,7 +119,7 @@ class Lane:
         result: Any = None
         failure: Exception | None = None
         try:
-            with heeding(work.cancellation):
+            with heeding(work.cancellation), unheard():
                 result = work.compute()
         except KeyboardInterrupt:
             # On a thread this is never Ctrl-C, but the cancellation. Public calls raise it as
