@@ -220,7 +220,7 @@ def test_manifolds_are_drawn(near_the_fold):
     )
     assert np.array_equal(drawn, expected[:, 2:])
     labels = {text.get_text() for text in ax.get_legend().get_texts()}
-    names = {"to stable 4-5", "to stable 2-2", "stable 4-5", "stable 2-2"}
+    names = {"manifold to stable 4-5", "manifold to stable 2-2", "stable 4-5", "stable 2-2"}
     assert labels == {"unstable 4-5 (saddle)"} | names
     assert ax.get_ylabel().endswith(r"of body 2 once per drive period, at $\psi = 0$")
     alone = vi.plot.manifold(near_the_fold.sides[0], ax=Figure().subplots())

@@ -32,7 +32,8 @@ Array = NDArray[np.float64]
 # is a diagram's.
 BRANCH_COLORS: Final = (BLACK, VERMILLION, BLUE, "#44CC66", "#8800EE", "#884444", "#002288")
 UNSTABLE: Final = (0.0, (4.0, 1.5))
-_KEY_GREY = "0.45"
+# Of no branch: darker than the grey of a diagram beneath.
+_KEY_GREY = "0.25"
 # Widths of stable and unstable lines, and what a hollow line is wider by, in points.
 _WIDTHS = {True: 1.2, False: 0.7}
 _HOLLOW = 1.4

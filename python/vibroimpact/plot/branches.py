@@ -44,7 +44,7 @@ Array = NDArray[np.float64]
 Section = Literal["impact", "stroboscopic"]
 Curves = BifurcationCurve | StabilityRegion | Sequence[BifurcationCurve | StabilityRegion]
 
-_DIAGRAM_GREY = "0.62"
+_DIAGRAM_GREY = "0.7"
 _DIAGRAM_SIZE = 1.0
 # How much wider than a curve its white edge is, in points.
 _HALO = 1.4

@@ -85,7 +85,8 @@ def manifold(
             # A side begins at the saddle itself.
             points = piece if i or whole is None else np.vstack((whole.saddle, piece))
             (line,) = ax.plot(points[:, first], points[:, second], color=color, lw=0.8)
-        line.set_label(f"to {', '.join(_name(found) for found in side.attractors) or 'nothing'}")
+        ends = ", ".join(_name(found) for found in side.attractors) or "nothing"
+        line.set_label(f"manifold to {ends}")
         handles.append(line)
     if whole is not None:
         marks = [_mark_saddle(ax, whole, (first, second), size)]
