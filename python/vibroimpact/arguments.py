@@ -30,6 +30,8 @@ _MOST = 2**53
 
 # Of a longer value an error shows the beginning.
 LONGEST = 200
+# So many values of an axis may be meant.
+_MOST_STEPS = 99_999
 # Of more rows it does not tell the lengths, of more numbers in an array not what they are.
 _MOST_ROWS = 8
 
@@ -391,7 +393,7 @@ def axis(name: str, values: Any) -> NDArray[np.float64]:
     """
     if isinstance(values, tuple) and len(values) in (2, 3):
         low, high, *more = (f"{number(name, value):g}" for value in values)
-        steps = more[0] if more and values[2] == int(values[2]) >= 2 else "200"
+        steps = more[0] if more and 2 <= values[2] == int(values[2]) <= _MOST_STEPS else "200"
         known = f"np.linspace({low}, {high}, {steps}) for a range"
         these = f"[{', '.join((low, high, *more))}] for these {('two', 'three')[len(more)]} values"
         reject(name, values, f"an array of values; {known}, {these}")

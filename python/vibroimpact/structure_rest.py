@@ -72,6 +72,6 @@ def where_to_begin(
         # At 0 it lies inside stops that press on it.
         rest = rest_on_stops(basis, stops, static_load)
         if rest is None or len(rest) > _MOST_SHOWN:
-            return "; gap < 0 is a preload, and q = 0 is not where it rests"
-        return f"; gap < 0 is a preload, and it rests at q = {[float(f'{x:.6g}') for x in rest]}"
+            return "; stops press on it at q = 0, which is not where it rests"
+        return f"; stops press on it at q = 0: it rests at q = {[float(f'{x:.6g}') for x in rest]}"
     return ""

@@ -87,12 +87,14 @@ def test_a_start_inside_a_contact_says_where_one_may_begin():
     with pytest.raises(vi.StateError, match=r"g <= 0, which is normal \. q <= 0\.002 there$"):
         vi.simulate(made(), initial=[[0, 0.005], [0, 0]], periods=1)
     pressed = made(stops=[vi.Stop([0, 1], -0.004, 0.6)])
-    said = r"gap < 0 is a preload, and it rests at q = \[-0\.002, -0\.004\]$"
+    said = r"stops press on it at q = 0: it rests at q = \[-0\.002, -0\.004\]$"
     with pytest.raises(vi.StateError, match=said):
         vi.simulate(pressed, initial=START, periods=1)
     vi.simulate(pressed, initial=[[-0.002, -0.004], [0, 0]], periods=1)
     free = vi.Structure([[1]], [[0]], [vi.Stop([1], -1, 0.5)], static_load=[-1])
-    with pytest.raises(vi.StateError, match=r"a preload, and q = 0 is not where it rests$"):
+    with pytest.raises(
+        vi.StateError, match=r"stops press on it at q = 0, which is not where it rests$"
+    ):
         vi.simulate(free, initial=[[0], [0]], time=1)
     two = {"mass_ratio": 0.6, "frequency_ratio": 2, "restitution": 0.8, "drive_frequency": 1.8}
     for contact in ("oblique", "direct"):

@@ -153,6 +153,7 @@ def test_two_or_three_numbers_in_a_tuple_are_no_axis(rubbing):
         (0.2, 4): of_two,
         (80.0, 100.0, 50): of_three.format(80, 100, 50, 80, 100, 50),
         (0.2, 0.4, 0.5): of_three.format(0.2, 0.4, 200, 0.2, 0.4, 0.5),
+        (0.2, 4, 1e30): of_three.format(0.2, 4, 200, 0.2, 4, 1e30),
         (2, 1, -3): of_three.format(2, 1, 200, 2, 1, -3),
     }
     grids = [
