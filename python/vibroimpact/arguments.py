@@ -32,7 +32,7 @@ _MOST = 2**53
 LONGEST = 200
 # So many values of an axis may be meant.
 _MOST_STEPS = 99_999
-# Of more rows it does not tell the lengths, of more numbers in an array not what they are.
+# Of more rows it does not tell the lengths.
 _MOST_ROWS = 8
 
 
@@ -40,8 +40,6 @@ def in_short(value: object) -> str:
     """Return a value as an error shows it: an object of many numbers says what it is."""
     # Asked of the type: an object that gives hints for unknown names would give one here.
     words = getattr(type(value), "_in_short", None)
-    if isinstance(value, np.ndarray) and value.size > _MOST_ROWS:
-        return f"an array of shape {value.shape}"
     text = repr(value) if words is None else words(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
 

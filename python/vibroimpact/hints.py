@@ -49,8 +49,9 @@ _NUMBERED = re.compile(r"(.+)(_\d+)")
 
 
 def _spelled(name: str) -> list[str]:
-    """Return a name as it stands, and with other capitals: PD, pd, Flip."""
-    return [*dict.fromkeys((name, name.lower(), name.upper()))]
+    """Return a name as it stands, and if it is none, with other capitals: PD, pd, Flip."""
+    is_known = name in _OTHER_NAMES or name in _OTHER_KINDS
+    return [name] if is_known else [*dict.fromkeys((name, name.lower(), name.upper()))]
 
 
 def closest(name: str, known: Iterable[str]) -> str | None:

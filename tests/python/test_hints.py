@@ -176,8 +176,15 @@ def test_a_type_error_inside_a_call_stays_what_it_is():
 def test_other_names_lead_to_arguments_that_exist():
     taken = {
         name
-        for function in (vi.System, vi.System.from_physical, vi.Structure, vi.simulate, vi.sweep)
-        for name in inspect.signature(function).parameters
+        for call in (
+            vi.System,
+            vi.System.from_physical,
+            vi.Structure,
+            vi.Stop,
+            vi.simulate,
+            vi.sweep,
+        )
+        for name in inspect.signature(call).parameters
     }
     taken |= {*machine_of(structure()).coordinates}
     for names in hints._OTHER_NAMES.values():
