@@ -225,8 +225,8 @@ def test_the_form_of_an_array_changes_no_bit_and_no_array(form):
     states = np.array([[0.0, 0.5, 0.0, 0.0], [0.25, -0.5, 0.125, 0.5]])
     values = np.array([0.25, 0.5, -0.125, 0.0])
     gaps, times = np.array([0.5, 0.25]), np.array([1.0, 0.25, 3.5])
-    # A pair in a tuple is no axis.
-    axis = np.array([0.5, 0.25, 0.375])
+    # Two or three numbers in a tuple are no axis.
+    axis = np.array([0.5, 0.25, 0.375, 0.625])
     calls_with = {
         "simulate": lambda make: [
             one._parts()[1] for one in vi.simulate(ROUGH, initial=make(states), periods=3)

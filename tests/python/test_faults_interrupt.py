@@ -309,10 +309,10 @@ def test_an_interrupted_search_for_all_motions(monkeypatch, name):
             assert found != any(gap.lo - 1e-9 <= x1 <= gap.hi + 1e-9 for gap in left)
 
 
-@pytest.mark.parametrize("name", ["simulate", "refine"])
+@pytest.mark.parametrize("name", ["simulated", "refine"])
 def test_an_interrupted_search_for_motions(monkeypatch, name):
     monkeypatch.setattr(shooting, "BATCH", 8)
-    count = Count(monkeypatch, (shooting if name == "simulate" else vi.Run, name))
+    count = Count(monkeypatch, (shooting if name == "simulated" else vi.Run, name))
 
     def find():
         return vi.search_motions(SYSTEM.replace(drive_frequency=1.8), starts=30, periods=400)
