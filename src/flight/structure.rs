@@ -17,7 +17,7 @@ use crate::search::gap::GapPoint;
 pub(crate) use linear::draws;
 #[allow(unused_imports)] // sustained contact comes with the event loop
 pub(crate) use linear::{Closed, LegEvent, LinearFlight, LinearMotion, StopForce};
-pub(crate) use modal::{FlightLanes, Looked, Met, Shape};
+pub(crate) use modal::{FlightLanes, Looked, Met, Shape, Transitions};
 use modal::{ModalFlight, ModalMotion};
 
 /// What a structure's flights have in common, worked out once.
@@ -230,6 +230,15 @@ impl StructureMotion {
             let after = self.state_at(&self.flight(Clock::START, q, v), elapsed);
             q.copy_from_slice(&after.q);
             v.copy_from_slice(&after.v);
+        }
+    }
+
+    /// What becomes of the modes without loads and drive after a time; `None` where damping couples
+    /// them.
+    pub(crate) fn transitions(&self, elapsed: DoubleDouble) -> Option<Transitions> {
+        match &self.motion {
+            Motions::Modal(modal) => Some(modal.transitions(elapsed)),
+            Motions::Linear(_) => None,
         }
     }
 

@@ -16,7 +16,7 @@ use crate::search::Start;
 use crate::search::first_contact::{Found, Touch};
 use crate::simulate::event::StopReason;
 use crate::simulate::tolerances::{
-    CHATTER_LEADING_RTOL, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
+    CHATTER_LEADING_RTOL, DEFAULT_MAX_TIME, LOOSEST_COMPLETION, STANDSTILL_EVENTS, STANDSTILL_TIME,
 };
 
 impl<M: Model> Simulation<M> {
@@ -411,5 +411,16 @@ impl<M: Model> Simulation<M> {
         (simulation.completes, simulation.end) = (false, target);
         simulation.max_events = u64::MAX;
         simulation
+    }
+
+    /// The same from another leg on.
+    pub(crate) fn hops_from(&mut self, anchor: AnchorOf<M>, target: Clock) {
+        let state = anchor.state.clone();
+        self.flight = self.system.flight(&self.motion, &anchor, anchor.clock, state);
+        self.point = Checkpoint::at(anchor);
+        (self.found, self.evaluations) = (None, 0);
+        self.end = M::drive(&self.motion).clock_at(DEFAULT_MAX_TIME);
+        self.enter_flight();
+        self.end = target;
     }
 }

@@ -158,6 +158,11 @@ impl<M: Model> Simulation<M> {
         (times > 0).then_some((cycle, times))
     }
 
+    /// How many more of these cycles there are before the end, if the present one goes on.
+    pub(crate) fn cycles_left_to_end(&self, cycle: &Cycle) -> i64 {
+        self.cycles_left(cycle, self.end.period)
+    }
+
     /// The present impact becomes the one so many cycles later, and those between are passed over.
     pub(crate) fn repeat(&mut self, cycle: &Cycle, times: i64) {
         self.skip_cycles(cycle, times);

@@ -14,6 +14,8 @@ mod follow;
 mod marks;
 mod source;
 mod structure;
+mod structure_cycles;
+mod structure_follower;
 mod structure_legs;
 
 pub use error::SensitivityError;

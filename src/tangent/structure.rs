@@ -14,10 +14,12 @@
 //! at one instant, a plastic one that ends in contact, and a landing after chatter are no special
 //! cases: F+ is that of the leg which follows in the end.
 
+mod changes;
 mod chatter;
 mod equation;
 mod forced;
 mod impact;
+mod modes;
 mod perturbed;
 mod rates;
 mod samples;

@@ -64,6 +64,10 @@ pub const LEAST_TERM: f64 = 1e-21;
 /// derivatives by their equation.
 pub const MOST_STEPS: f64 = 1_000_000.0;
 
+/// Largest part that a number makes of a mode in another, relative to what it changes in its equation: the
+/// motions of modes that are more alike, or near resonance, would cancel by more digits.
+pub const MOST_MIXED: f64 = 256.0;
+
 /// An impact or a chatter lies on a border where what vanishes there is no larger than this part of the
 /// numbers it is computed from: some roundings.
 pub const AT_BORDER: f64 = 64.0 * f64::EPSILON;

@@ -441,3 +441,60 @@ def test_ctrl_c_keeps_the_derivatives_so_far():
     assert (part.stroboscopic == whole.stroboscopic[:m]).all()
     times = np.linspace(0, part.until, 7)
     assert (part.trajectory(times) == whole.trajectory(times)).all()
+
+
+def chattering() -> vi.Structure:
+    """Two masses whose motion comes to repeat itself, with chatter and a closed stop."""
+    return vi.Structure(
+        [[1, 0], [0, 2]],
+        [[2, -1], [-1, 1]],
+        [vi.Stop([1, 0], 0.1, 0.4), vi.Stop([-1, 0], 0.3, 0.4)],
+        damping_ratios=[0.2, 0.3],
+        drive_amplitude=[0, 1],
+        drive_frequency=0.41,
+    )
+
+
+def settling() -> vi.Structure:
+    """Two masses whose motion comes to repeat itself every second period, without contact."""
+    return vi.Structure(
+        [[1, 0], [0, 2]],
+        [[2, -1], [-1, 1]],
+        [vi.Stop([1, 0], 0.3, 0.5)],
+        damping_ratios=[0.2, 0.3],
+        drive_amplitude=[1, 1],
+        drive_frequency=1.7,
+    )
+
+
+@pytest.mark.parametrize("make", [chattering, settling])
+def test_what_repeats_is_differentiated_as_what_does_not(make):
+    structure = make()
+    start = np.full((2, structure.coordinates), 0.01)
+    names = numbers_of(structure)
+    long = vi.simulate(structure, initial=start, periods=400)
+    sections = long.stroboscopic
+    again = np.flatnonzero((sections[:-2] == sections[2:]).all(axis=(1, 2)))
+    assert len(again) > 200, "this motion is to repeat itself"
+    found = long.sensitivity(*names)
+    # Runs that end before their cycles are worth the while are followed all the way.
+    first = int(again[0])
+    for periods in (first + 2, first + 40, first + 100):
+        run = vi.simulate(structure, initial=start, periods=periods)
+        other = run.sensitivity(*names)
+        for mine, its in zip(found.impacts, other.impacts, strict=True):
+            size = 1 + np.abs(its).max(axis=0)
+            assert (np.abs(mine[: len(its)] - its) / size).max() < 1e-9
+        its = other.stroboscopic
+        assert np.abs(found.stroboscopic[: len(its)] - its).max() < 1e-9 * (1 + np.abs(its).max())
+    # At times as at sections, whose times move with the frequency alone.
+    late = np.array([first + 5, first + 150, 390])
+    at_times = found.trajectory(late * 2 * np.pi / structure.drive_frequency)
+    columns = [names.index(name) for name in names if name != "drive_frequency"]
+    at_sections = found.stroboscopic[late - 1][:, :, columns]
+    assert np.abs(at_times[:, :, columns] - at_sections).max() < 1e-8
+    # Of the last periods alone.
+    last = vi.simulate(structure, initial=start, periods=400, keep=50).sensitivity(*names)
+    assert np.abs(last.final_state - found.final_state).max() < 1e-9
+    for mine, its in zip(found.impacts, last.impacts, strict=True):
+        assert np.abs(mine[-len(its) :] - its).max() < 1e-9 * (1 + np.abs(its).max())

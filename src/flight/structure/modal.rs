@@ -12,6 +12,7 @@ mod search;
 mod shared;
 mod stop_gap;
 
+pub(crate) use carry::Transitions;
 pub(crate) use flight_lanes::{FlightLanes, Looked, Met, Shape};
 
 use std::sync::OnceLock;

@@ -7,7 +7,9 @@ use smallvec::SmallVec;
 use super::touching::StopStart;
 use super::{StructureMode, Touched};
 use crate::contact::chatter::Scales;
-use crate::flight::structure::{Closed, LegEvent, LinearFlight, LinearMotion, StopForce};
+use crate::flight::structure::{
+    Closed, LegEvent, LinearFlight, LinearMotion, StopForce, Transitions,
+};
 use crate::flight::{Drive, StopContact, StructureFlight, StructureMotion};
 use crate::model::state::Clock;
 use crate::model::structure::{Coordinates, Structure, StructureState, largest_number};
@@ -278,6 +280,11 @@ impl Motion {
             q.copy_from_slice(&after.0);
             v.copy_from_slice(&after.1);
         }
+    }
+
+    /// What becomes of the modes after a time of free flight; `None` where damping couples them.
+    pub(crate) fn transitions(&self, elapsed: DoubleDouble) -> Option<Transitions> {
+        self.free.transitions(elapsed)
     }
 
     /// Dimension of the states that a leg of this kind has.

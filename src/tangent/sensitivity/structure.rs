@@ -1,113 +1,54 @@
 //! Derivatives of a run of a structure: its motion again, turn by turn, with its derivatives.
 
-use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, RowDVector};
+use nalgebra::DMatrix;
 
 use super::error::SensitivityError;
-use super::marks::{OneSided, OneSidedReason};
-use super::structure_legs::{From, SensitiveLeg, StructureLegs, flight, tell};
+use super::structure_cycles::RepeatedImpacts;
+use super::structure_follower::{Follower, Rows, Turn};
+use super::structure_legs::{StructureLegs, flight, tell};
 use super::{Place, Sensitivity, check_names, without_first};
 use crate::impact::strike;
 use crate::model::state::Clock;
 use crate::model::structure::{Coordinates, Structure, StructureState, Variation};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::event::StopReason;
 use crate::simulate::run::{Run, StopImpactRecord};
 use crate::simulate::structure::{StopImpactEvent, StructureEvent};
-use crate::simulate::{Anchor, AnchorOf, ModelEvent, Observer, Simulation};
+use crate::simulate::{Anchor, AnchorOf, Simulation};
 use crate::tangent::structure::{Linearised, Perturbed};
 use crate::tangent::tolerances::SAME_TIME;
 
-/// Sections of flights over fewer drive periods are reached from their start.
-const SHORT_FLIGHT: i64 = 16;
-
-/// The sections that a turn of a simulation has passed.
-#[derive(Default)]
-struct Passed(Vec<i64>);
-
-impl Observer<StructureState> for Passed {
-    const SECTIONS: bool = true;
-
-    fn section(&mut self, k: i64, _: &StructureState) {
-        self.0.push(k);
-    }
-}
-
-/// Tables of derivatives, of the window and of what comes before it in the same drive period.
-#[derive(Default)]
-struct Rows {
-    /// Drive period and time of the impacts.
-    impacts: Vec<(i64, f64)>,
-    times: Vec<f64>,
-    before: Vec<f64>,
-    after: Vec<f64>,
-    stroboscopic: Vec<f64>,
-    one_sided: Vec<OneSided>,
-    events: i64,
-    earlier: i64,
-    /// Where the last chatter ended.
-    chatter: Option<Clock>,
-}
-
-struct Follower<'a> {
-    of: &'a Arc<Linearised>,
-    window: Clock,
-    end: Clock,
-    section_offset: f64,
-    /// Numbers of the sections that are recorded.
-    sections: Range<i64>,
-    derivatives: Perturbed,
-    legs: Vec<SensitiveLeg>,
-    rows: Rows,
-}
-
 impl Follower<'_> {
-    fn other_motion(&self, clock: Clock) -> SensitivityError {
-        SensitivityError::OtherMotion { time: self.of.drive().time(clock) }
-    }
-
     /// To the end of the run: derivatives of the state there, or nothing if the caller has cancelled.
     fn follow(
         &mut self,
         mut simulation: Simulation<Structure>,
     ) -> Result<Option<DMatrix<f64>>, SensitivityError> {
-        let mut passed = Passed::default();
+        simulation.skips_repeats_until(Clock::START.period);
         self.leg(&simulation);
+        let (mut cycle, mut may_repeat) = (None, true);
         loop {
-            let before = simulation.checkpoint().anchor.clone();
-            let event = simulation.step(&mut passed).transpose()?;
-            for k in std::mem::take(&mut passed.0) {
-                if self.sections.contains(&k) {
-                    let period = k - i64::from(self.section_offset > 0.0);
-                    self.section(Clock::new(period, self.section_offset))?;
-                }
+            let mut turn = self.turn(&mut simulation)?;
+            if let Some((found, _)) = simulation.repeats() {
+                cycle = Some(found);
             }
-            let stop = event.as_ref().and_then(ModelEvent::as_stop);
-            let clock = event.as_ref().map(ModelEvent::clock);
-            if stop.is_some() || clock.is_some_and(|clock| clock > self.end) {
-                if let Some(stop) = stop
-                    && stop.clock < self.end
-                {
-                    let cancelled = stop.reason == StopReason::Interrupted;
-                    return if cancelled { Ok(None) } else { Err(self.other_motion(stop.clock)) };
-                }
-                return Ok(Some(self.at_end()?));
+            if turn == Turn::Over
+                && may_repeat
+                && let Some(found) = cycle
+                && self.can_repeat(&simulation, &found)
+            {
+                cycle = None;
+                let repeated = self.repeat(&mut simulation, &found);
+                may_repeat = repeated.is_some();
+                turn = repeated.unwrap_or(turn);
             }
-            self.derivatives.pass(&before, &simulation, event.as_ref())?;
-            if let Some(event) = &event {
-                self.take(event);
-            }
-            if before != simulation.checkpoint().anchor || simulation.checkpoint().skips() {
-                self.leg(&simulation);
+            match turn {
+                Turn::Over => {}
+                Turn::Last => return Ok(Some(self.at_end()?)),
+                Turn::Cancelled => return Ok(None),
             }
         }
-    }
-
-    fn at_end(&self) -> Result<DMatrix<f64>, SensitivityError> {
-        let Some(last) = self.legs.last() else { return Err(self.other_motion(self.end)) };
-        last.at_fixed_time(&self.derivatives, self.end)
     }
 
     /// As [`Self::follow`], along the impacts that a run has kept, where there is nothing else.
@@ -117,42 +58,43 @@ impl Follower<'_> {
         initial: StructureState,
         cancel: &CancelToken,
     ) -> Result<Option<DMatrix<f64>>, SensitivityError> {
-        let mut sections = self.sections.clone();
-        let mut pass_sections = |follower: &mut Self, until: Option<Clock>| {
-            while let Some(k) = sections.clone().next() {
-                let period = k - i64::from(follower.section_offset > 0.0);
-                let clock = Clock::new(period, follower.section_offset);
-                // One that falls on an event is left for the leg after it.
-                if until.is_some_and(|until| clock >= until) {
-                    break;
-                }
-                follower.section(clock)?;
-                sections.next();
-            }
-            Ok::<(), SensitivityError>(())
-        };
         let mut leg = Anchor::apart(Clock::START, initial);
         self.derivatives = self.derivatives.clone().without_chatter();
         self.fly_from(&leg);
-        for row in &run.impacts {
+        let rows = &run.impacts;
+        let repeated = RepeatedImpacts::of(run);
+        let mut place = 0;
+        while let Some(row) = rows.get(place) {
             if cancel.is_cancelled() {
                 return Ok(None);
             }
-            let event = kept_event(&run.system, row).ok_or(self.other_motion(leg.clock))?;
-            pass_sections(self, Some(event.clock))?;
-            if self.rows.events == 0 && !self.leads_to(&leg, &event) {
-                return Err(self.other_motion(event.clock));
+            self.pass_row(run, row, &mut leg)?;
+            if let Some(cycle) = repeated.filter(|cycle| cycle.first == place)
+                && self.derivatives.begins_anew()
+            {
+                let unit = self.unit();
+                let mut one = self.of_one_cycle(&unit, leg.clock);
+                one.derivatives = one.derivatives.without_chatter();
+                one.fly_from(&leg);
+                for row in &rows[place + 1..=place + cycle.count] {
+                    one.pass_row(run, row, &mut leg)?;
+                }
+                // The last leg is the first of the next cycle.
+                one.legs.pop();
+                self.legs.pop();
+                let shift = cycle.left * cycle.periods;
+                self.sections.start = one.sections.start + shift;
+                self.take_cycles(one.into_cycle(), unit, (cycle.left, cycle.periods));
+                leg.clock.period += shift;
+                self.derivatives.begin_at(leg.clock);
+                self.derivatives = self.derivatives.clone().without_chatter();
+                self.fly_from(&leg);
+                place += (cycle.left.unsigned_abs() as usize + 1) * cycle.count;
             }
-            let next = flight(event.clock, event.post.clone());
-            let event = StructureEvent::Impact(event);
-            self.derivatives.pass_to(&leg, &next, Some(&event))?;
-            self.take(&event);
-            self.derivatives.settle(&next);
-            self.fly_from(&next);
-            leg = next;
+            place += 1;
         }
         let end = run.final_state.clock;
-        pass_sections(self, None)?;
+        self.pass_sections(None)?;
         if run.impacts.is_empty() {
             let there = self.of.state_at(&leg, end);
             if !is_near(&there, &run.final_state.state) {
@@ -162,111 +104,46 @@ impl Follower<'_> {
         Ok(Some(self.at_end()?))
     }
 
-    /// Takes note of the flight that begins.
-    fn fly_from(&mut self, leg: &AnchorOf<Structure>) {
-        let (clock, time) = (leg.clock, self.of.drive().time(leg.clock));
-        let from = From::Flight(leg.state.clone(), self.derivatives.columns().clone());
-        self.legs.push(SensitiveLeg { time, clock, from });
+    /// To the next of the impacts that a run has kept, and the flight after it.
+    fn pass_row(
+        &mut self,
+        run: &Run<Structure>,
+        row: &StopImpactRecord,
+        leg: &mut AnchorOf<Structure>,
+    ) -> Result<(), SensitivityError> {
+        let event = kept_event(&run.system, row).ok_or(self.other_motion(leg.clock))?;
+        self.pass_sections(Some(event.clock))?;
+        if leg.clock == Clock::START && !self.leads_to(leg, &event) {
+            return Err(self.other_motion(event.clock));
+        }
+        let next = flight(event.clock, event.post.clone());
+        let event = StructureEvent::Impact(event);
+        self.derivatives.pass_to(leg, &next, Some(&event))?;
+        self.take(&event);
+        self.derivatives.settle(&next);
+        self.fly_from(&next);
+        *leg = next;
+        Ok(())
+    }
+
+    /// Tells the sections before an instant, or all.
+    fn pass_sections(&mut self, until: Option<Clock>) -> Result<(), SensitivityError> {
+        while let Some(k) = self.sections.clone().next() {
+            let period = k - i64::from(self.section_offset > 0.0);
+            let clock = Clock::new(period, self.section_offset);
+            // One that falls on an event is left for the leg after it.
+            if until.is_some_and(|until| clock >= until) {
+                break;
+            }
+            self.section(clock)?;
+            self.sections.next();
+        }
+        Ok(())
     }
 
     /// Whether the flight from the start leads to its first impact.
     fn leads_to(&self, leg: &AnchorOf<Structure>, event: &StopImpactEvent) -> bool {
         is_near(&self.of.state_at(leg, event.clock), &event.pre)
-    }
-
-    /// Takes note of the leg that begins, if the window needs it.
-    fn leg(&mut self, simulation: &Simulation<Structure>) {
-        let point = simulation.checkpoint();
-        let (anchor, hops) = (point.anchor.clone(), point.skips());
-        let clock = anchor.clock;
-        if clock <= self.window {
-            self.legs.clear();
-        }
-        let derivatives = &self.derivatives;
-        let derivatives = if hops { derivatives.clone() } else { derivatives.kept() };
-        let time = self.of.drive().time(clock);
-        let from = From::Any(Box::new((anchor, derivatives)), hops);
-        self.legs.push(SensitiveLeg { time, clock, from });
-    }
-
-    fn section(&mut self, clock: Clock) -> Result<(), SensitivityError> {
-        let Some(leg) = self.legs.last() else { return Err(self.other_motion(clock)) };
-        let there = leg.at(&self.derivatives, clock)?;
-        if self.section_offset > 0.0 && self.of.turns() {
-            // At a fixed phase: omega t = 2 pi k + the section's.
-            let later = -self.section_offset / self.of.structure.drive_frequency();
-            let faster = self.of.by.iter().map(|varied| varied.by.drive_frequency * later);
-            let later = RowDVector::from_iterator(self.of.by.len(), faster);
-            let from = self.of.leg_from(&leg.anchor());
-            let state = self.of.state_at(&from, clock);
-            let columns = there.columns() + self.of.rates(&from, clock, &state) * later;
-            tell(&columns, &mut self.rows.stroboscopic);
-        } else {
-            tell(there.columns(), &mut self.rows.stroboscopic);
-        }
-        let periods = clock.period - leg.clock.period;
-        let is_short = matches!(leg.from, From::Flight(..)) && periods < SHORT_FLIGHT;
-        if !(is_short || leg.hops()) {
-            // Longer flights go on from there.
-            let time = self.of.drive().time(clock);
-            let from = match leg.from {
-                From::Flight(..) => {
-                    let state = self.of.state_at(&leg.anchor(), clock);
-                    From::Flight(state, there.into_matrix())
-                }
-                From::Any(..) => From::Any(Box::new((leg.anchor(), there.kept())), false),
-            };
-            self.legs.push(SensitiveLeg { time, clock, from });
-        }
-        Ok(())
-    }
-
-    fn take(&mut self, event: &StructureEvent) {
-        if let Some(reason) = self.one_sided(event) {
-            let time = self.of.drive().time(event.clock());
-            self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
-        }
-        self.rows.events += 1;
-        self.rows.earlier += i64::from(event.clock() < self.window);
-        if let StructureEvent::Chatter(chatter) = event {
-            self.rows.chatter = Some(chatter.clock);
-        }
-        let StructureEvent::Impact(impact) = event else { return };
-        let Some(([before, after], delay)) = self.derivatives.told() else { return };
-        if impact.clock < self.window {
-            return;
-        }
-        let rows = &mut self.rows;
-        rows.impacts.push((impact.clock.period, impact.time));
-        match self.of.later(impact.clock.period) {
-            Some(later) => rows.times.extend((delay + later).iter()),
-            None => rows.times.extend(delay.iter()),
-        }
-        tell(&before, &mut rows.before);
-        tell(&after, &mut rows.after);
-    }
-
-    fn one_sided(&self, event: &StructureEvent) -> Option<OneSidedReason> {
-        let at_start = self.rows.events == 0 && event.clock() == Clock::START;
-        match event {
-            StructureEvent::Graze(_) => Some(OneSidedReason::Graze),
-            StructureEvent::Stop(_) => None,
-            _ if at_start => Some(OneSidedReason::StartOnContact),
-            StructureEvent::Impact(impact) if self.of.is_at_border(impact) => {
-                Some(OneSidedReason::RegimeBorder)
-            }
-            StructureEvent::Impact(event) if self.of.is_at_knot(&event.impact) => {
-                Some(OneSidedReason::RestitutionKnot)
-            }
-            StructureEvent::Closed(contact) => {
-                let chattered = self.rows.chatter == Some(contact.clock);
-                let at_border = self.of.is_at_border_of_contact(contact, chattered);
-                let onset = at_border && chattered;
-                let reason = onset.then_some(OneSidedReason::ChatterOnset);
-                at_border.then(|| reason.unwrap_or(OneSidedReason::ContactBorder))
-            }
-            _ => None,
-        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The legs of a motion of a structure with its derivatives, from which these follow at any time.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
@@ -22,12 +23,49 @@ pub(super) struct SensitiveLeg {
     pub from: From,
 }
 
+/// A cycle of the motion, with derivatives by its start and by the numbers.
+pub(super) struct OneCycle {
+    pub unit: Perturbed,
+    pub legs: Vec<SensitiveLeg>,
+}
+
+/// A leg of a cycle, so many drive periods later, with the derivatives at the start of the cycle.
+pub(super) struct Cycled {
+    pub of: Arc<OneCycle>,
+    pub place: usize,
+    pub periods: i64,
+    pub start: Arc<DMatrix<f64>>,
+}
+
+impl Cycled {
+    fn leg(&self) -> &SensitiveLeg {
+        &self.of.legs[self.place]
+    }
+
+    /// The derivatives where the leg begins.
+    fn begin(&self, blank: &Perturbed) -> Perturbed {
+        let leg = self.leg();
+        let there = match &leg.from {
+            From::Flight(_, columns) => Cow::Owned(self.of.unit.at(leg.clock, columns.clone())),
+            From::Any(from, _) => Cow::Borrowed(&from.1),
+            From::Cycled(of) => Cow::Owned(of.begin(&self.of.unit)),
+        };
+        let (count, by) = self.start.shape();
+        let mut all = DMatrix::zeros(count + by, by);
+        all.rows_mut(0, count).copy_from(&self.start);
+        all.rows_mut(count, by).fill_with_identity();
+        there.combined(blank, &all, self.periods)
+    }
+}
+
 /// Where a leg is followed from.
 pub(super) enum From {
     /// A flight from a state, with the derivatives of that.
     Flight(StructureState, DMatrix<f64>),
     /// Any leg; whether impacts are skipped.
     Any(Box<(AnchorOf<Structure>, Perturbed)>, bool),
+    /// A leg of a cycle that comes again.
+    Cycled(Cycled),
 }
 
 impl SensitiveLeg {
@@ -35,22 +73,45 @@ impl SensitiveLeg {
         match &self.from {
             From::Flight(state, _) => flight(self.clock, state.clone()),
             From::Any(from, _) => from.0.clone(),
+            From::Cycled(of) => {
+                let mut anchor = of.leg().anchor();
+                anchor.clock.period += of.periods;
+                anchor
+            }
         }
     }
 
     pub fn hops(&self) -> bool {
-        matches!(self.from, From::Any(_, true))
+        match &self.from {
+            From::Flight(..) => false,
+            From::Any(_, hops) => *hops,
+            From::Cycled(of) => of.leg().hops(),
+        }
     }
 
     /// Derivatives of the state at an instant, at a fixed time in a fixed period; `blank`: some of the same
     /// structure.
     pub fn at(&self, blank: &Perturbed, clock: Clock) -> Result<Perturbed, SensitivityError> {
+        self.at_along(blank, &self.anchor(), clock)
+    }
+
+    /// The same of the leg from this anchor, its own.
+    fn at_along(
+        &self,
+        blank: &Perturbed,
+        anchor: &AnchorOf<Structure>,
+        clock: Clock,
+    ) -> Result<Perturbed, SensitivityError> {
         let mut there = match &self.from {
             From::Flight(_, columns) => blank.at(self.clock, columns.clone()),
             From::Any(from, true) => return Ok(from.1.hopped(&from.0, clock)?),
             From::Any(from, false) => from.1.clone(),
+            From::Cycled(of) if self.hops() => {
+                return Ok(of.begin(blank).hopped(anchor, clock)?);
+            }
+            From::Cycled(of) => of.begin(blank),
         };
-        there.carry_to(&self.anchor(), clock)?;
+        there.carry_to(anchor, clock)?;
         Ok(there)
     }
 
@@ -60,19 +121,25 @@ impl SensitiveLeg {
         blank: &Perturbed,
         clock: Clock,
     ) -> Result<DMatrix<f64>, SensitivityError> {
-        Ok(self.told_at_fixed_time(&self.at(blank, clock)?, clock).into_owned())
+        let anchor = self.anchor();
+        let there = self.at_along(blank, &anchor, clock)?;
+        Ok(told_at_fixed_time(&there, &anchor, clock).into_owned())
     }
+}
 
-    /// The same of derivatives at this instant.
-    fn told_at_fixed_time<'a>(&self, there: &'a Perturbed, clock: Clock) -> Cow<'a, DMatrix<f64>> {
-        let of = there.linearised();
-        if !of.turns() {
-            return Cow::Borrowed(there.columns());
-        }
-        let mut columns = there.columns().clone();
-        of.at_fixed_time(&of.leg_from(&self.anchor()), clock, &mut columns);
-        Cow::Owned(columns)
+/// Derivatives at an instant of a leg, of the state at a fixed time since the start.
+fn told_at_fixed_time<'a>(
+    there: &'a Perturbed,
+    anchor: &AnchorOf<Structure>,
+    clock: Clock,
+) -> Cow<'a, DMatrix<f64>> {
+    let of = there.linearised();
+    if !of.turns() {
+        return Cow::Borrowed(there.columns());
     }
+    let mut columns = there.columns().clone();
+    of.at_fixed_time(&of.leg_from(anchor), clock, &mut columns);
+    Cow::Owned(columns)
 }
 
 /// The flight from a state.
@@ -92,9 +159,9 @@ impl Along for StructureLegs {
     fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
         let Self { blank, all: legs, span: (from, to) } = self;
         let drive = blank.linearised().drive();
-        let mut rows = Vec::new();
-        // Where the last time was, and how often it has been gone on from there.
-        let mut last: Option<(usize, Perturbed, u32)> = None;
+        let (columns, count) = (blank.linearised().by.len(), blank.structure().coordinates());
+        let mut rows = Vec::with_capacity(2 * count * columns * times.len());
+        let mut present: Option<Present> = None;
         for &time in times {
             if !(*from..=*to).contains(&time) {
                 return Ok(None);
@@ -104,26 +171,47 @@ impl Along for StructureLegs {
             let leg = &legs[place];
             let clock = drive.clock_at(time);
             let clock = if clock < leg.clock { leg.clock } else { clock };
-            let before = last.take().filter(|(at, there, gone)| {
-                *at == place && *gone < MOST_GONE_ON && there.clock() <= clock && !leg.hops()
+            let mut at = present.take().filter(|at| at.place == place).unwrap_or_else(|| {
+                let anchor = leg.anchor();
+                let goes_on = !leg.hops() && !blank.flies_at_once(&anchor);
+                Present { place, anchor, goes_on, last: None }
+            });
+            let before = at.last.take().filter(|(there, gone)| {
+                at.goes_on && *gone < MOST_GONE_ON && there.clock() <= clock
             });
             let (there, gone) = match before {
-                Some((_, mut there, gone)) => {
-                    there.carry_to(&leg.anchor(), clock)?;
+                Some((mut there, gone)) => {
+                    there.carry_to(&at.anchor, clock)?;
                     (there, gone + 1)
                 }
-                None => (leg.at(blank, clock)?, 0),
+                None => (leg.at_along(blank, &at.anchor, clock)?, 0),
             };
-            tell(&leg.told_at_fixed_time(&there, clock), &mut rows);
-            last = Some((place, there, gone));
+            tell(&told_at_fixed_time(&there, &at.anchor, clock), &mut rows);
+            at.last = Some((there, gone));
+            present = Some(at);
         }
         Ok(Some(rows))
     }
 }
 
+/// The leg of the last time that was asked for.
+struct Present {
+    place: usize,
+    anchor: AnchorOf<Structure>,
+    /// Whether derivatives go on from one time to the next.
+    goes_on: bool,
+    /// Derivatives there, and how often they have gone on.
+    last: Option<(Perturbed, u32)>,
+}
+
 /// Appends the rows of a matrix.
 pub(super) fn tell(columns: &DMatrix<f64>, rows: &mut Vec<f64>) {
-    for row in columns.row_iter() {
-        rows.extend(row.iter());
+    let (count, all) = (columns.nrows(), columns.as_slice());
+    if columns.ncols() == 1 {
+        rows.extend_from_slice(all);
+        return;
+    }
+    for i in 0..count {
+        rows.extend(all.iter().skip(i).step_by(count));
     }
 }

@@ -39,30 +39,35 @@ impl Perturbed {
         let drive = *self.of.drive();
         let after = DoubleDouble::new(Structure::span(&self.of.motion));
         let far = drive.advance(event.clock, after);
-        let mut hopping = Simulation::hopping(&self.of.structure, before.clone(), far);
         let mut ahead = self.clone();
-        let mut best: Option<(Limit, i64)> = None;
-        for _ in 0..MOST_BOUNCES {
-            if let Some(limit) = ahead.samples.limit(&self.of)
-                && best.as_ref().is_none_or(|(best, _)| limit.error < best.error)
-            {
-                best = Some((limit, ahead.samples.period()));
-            }
-            // What comes after the best one has more rounding.
-            let noise = ahead.samples.last().map_or(0.0, Sample::noise);
-            if best.as_ref().is_some_and(|(best, _)| noise >= best.error) {
-                break;
-            }
-            match ahead.advance(&mut hopping) {
-                Ok(None | Some(StructureEvent::Impact(_) | StructureEvent::Graze(_))) => {}
-                _ => break,
-            }
-        }
+        let best = self.steppers.hop(&self.of, (before, far), |hopping| ahead.best_limit(hopping));
         self.samples = Samples::default();
         let (mut best, period) = best.filter(|(best, _)| best.error <= CONVERGED_SLOPES)?;
         if let Some(later) = self.of.later(event.clock.period - period) {
             best.delay -= later;
         }
         Some(best)
+    }
+
+    /// The limit with the least error, with the drive period of its delay.
+    fn best_limit(&mut self, hopping: &mut Simulation<Structure>) -> Option<(Limit, i64)> {
+        let mut best: Option<(Limit, i64)> = None;
+        for _ in 0..MOST_BOUNCES {
+            if let Some(limit) = self.samples.limit(&self.of)
+                && best.as_ref().is_none_or(|(best, _)| limit.error < best.error)
+            {
+                best = Some((limit, self.samples.period()));
+            }
+            // What comes after the best one has more rounding.
+            let noise = self.samples.last().map_or(0.0, Sample::noise);
+            if best.as_ref().is_some_and(|(best, _)| noise >= best.error) {
+                break;
+            }
+            match self.advance(hopping) {
+                Ok(None | Some(StructureEvent::Impact(_) | StructureEvent::Graze(_))) => {}
+                _ => break,
+            }
+        }
+        best
     }
 }

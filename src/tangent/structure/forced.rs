@@ -18,14 +18,17 @@
 use std::sync::{Arc, Mutex};
 
 use nalgebra::{DMatrix, DVector};
+use smallvec::SmallVec;
 
 use super::equation::{Equation, Held};
+use super::modes::{Flown, ModalFlights};
 use super::rates::Linearised;
 use crate::flight::Trig;
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState};
+use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::structure::{ClosedStops, StructureMode};
-use crate::simulate::{AnchorOf, Phase};
+use crate::simulate::{AnchorOf, Phase, Simulation};
 use crate::tangent::tolerances::{LEAST_TERM, LONGEST_STEP, MOST_STEPS};
 
 /// Steps in which the fastest motion turns by `LONGEST_STEP`, as a power of two.
@@ -36,7 +39,11 @@ type Kind = Option<(StructureMode, ClosedStops)>;
 
 /// What legs of some kinds add, worked out once.
 #[derive(Debug, Default)]
-pub(super) struct Steppers(Mutex<Vec<(Kind, Arc<Stepper>)>>);
+pub(super) struct Steppers {
+    known: Mutex<Vec<(Kind, Arc<Stepper>)>>,
+    /// A simulation of hops that is not in use.
+    hops: Mutex<Option<Box<Simulation<Structure>>>>,
+}
 
 /// What legs of one kind add.
 #[derive(Debug)]
@@ -48,6 +55,8 @@ struct Stepper {
     acts: Vec<(usize, DMatrix<f64>)>,
     /// The same of each B.
     seconds: Vec<Rows>,
+    /// Flights in closed form, where there is one.
+    modes: Option<ModalFlights>,
     /// Length of the shortest steps, and the fastest rate.
     length: f64,
     fastest: f64,
@@ -112,9 +121,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Derivatives that a leg begins with, unless there are none, and that it ends with: (2N, columns).
-pub(super) struct Forced {
-    pub start: Option<DMatrix<f64>>,
-    pub end: DMatrix<f64>,
+struct Forced {
+    start: Option<DMatrix<f64>>,
+    end: DMatrix<f64>,
 }
 
 /// The motion and its derivatives, with memory for a change.
@@ -135,7 +144,10 @@ impl Stepper {
         let fastest = equation.fastest(of);
         let longest = if fastest > 0.0 { LONGEST_STEP / fastest } else { 1.0 };
         let length = longest / f64::from(1 << FINER);
-        Self { equation, second, acts, seconds, length, fastest, levels: Mutex::new(Vec::new()) }
+        let flies = !matches!(leg.phase, Phase::Contact(_));
+        let modes = if flies { ModalFlights::new(of, &equation, &acts) } else { None };
+        let levels = Mutex::new(Vec::new());
+        Self { equation, second, acts, seconds, modes, length, fastest, levels }
     }
 
     /// Steps of 2^k lengths.
@@ -237,12 +249,40 @@ impl Level {
 }
 
 impl Steppers {
+    /// What `work` makes of a simulation of hops from a leg on. What a simulation works out once is kept for
+    /// the next one.
+    pub(super) fn hop<R>(
+        &self,
+        of: &Linearised,
+        (from, target): (&AnchorOf<Structure>, Clock),
+        work: impl FnOnce(&mut Simulation<Structure>) -> R,
+    ) -> R {
+        let idle = self.hops.lock().ok().and_then(|mut idle| idle.take());
+        let mut hops = match idle {
+            Some(mut hops) => {
+                hops.hops_from(from.clone(), target);
+                hops
+            }
+            None => Box::new(Simulation::hopping(&of.structure, from.clone(), target)),
+        };
+        let found = work(&mut hops);
+        if let Ok(mut idle) = self.hops.lock() {
+            *idle = Some(hops);
+        }
+        found
+    }
+
+    /// Whether there is a closed form of this leg.
+    pub(super) fn flies_at_once(&self, of: &Linearised, leg: &AnchorOf<Structure>) -> bool {
+        self.of(of, leg).modes.is_some()
+    }
+
     fn of(&self, of: &Linearised, leg: &AnchorOf<Structure>) -> Arc<Stepper> {
         let kind: Kind = match leg.phase {
             Phase::Contact(mode) => Some((mode, leg.touching.closed())),
             _ => None,
         };
-        let Ok(mut known) = self.0.lock() else { unreachable!("nobody panics with it") };
+        let Ok(mut known) = self.known.lock() else { unreachable!("nobody panics with it") };
         if let Some((_, found)) = known.iter().find(|(other, _)| *other == kind) {
             return Arc::clone(found);
         }
@@ -251,50 +291,104 @@ impl Steppers {
         made
     }
 
+    /// Carries the columns along a leg from an instant to another, `elapsed` apart.
+    ///
+    /// # Errors
+    /// The time: a structure is damped too strongly.
+    pub(super) fn carry(
+        &self,
+        of: &Linearised,
+        leg: &AnchorOf<Structure>,
+        ([from, to], elapsed): ([Clock; 2], DoubleDouble),
+        columns: &mut DMatrix<f64>,
+    ) -> Result<(), f64> {
+        if of.by.is_empty() {
+            of.homogeneous.carry(leg, elapsed, columns.as_mut_slice());
+            return Ok(());
+        }
+        let stepper = self.of(of, leg);
+        if let Some(modes) = stepper.modes.as_ref().filter(|_| elapsed.hi > stepper.length)
+            && let Some(transitions) = of.homogeneous.transitions(elapsed)
+        {
+            let phases = [from, to].map(|clock| of.drive().trig_at(clock));
+            let there;
+            let state = if from == leg.clock {
+                &leg.state
+            } else {
+                there = of.state_at(leg, from);
+                &there
+            };
+            let StructureState { q, v } = state;
+            let (elapsed, transitions) = (elapsed.hi, &transitions);
+            let flown = Flown { q, v, phases, elapsed, transitions };
+            let turns: SmallVec<[f64; 8]> =
+                of.by.iter().map(|varied| varied.turn(from.time_in_period)).collect();
+            modes.carry(&flown, &turns, columns.as_mut_slice());
+            return Ok(());
+        }
+        self.carry_in_steps(of, leg, ([from, to], elapsed), columns)
+    }
+
+    /// The same in steps, whatever the leg.
+    pub(super) fn carry_in_steps(
+        &self,
+        of: &Linearised,
+        leg: &AnchorOf<Structure>,
+        ([from, _], elapsed): ([Clock; 2], DoubleDouble),
+        columns: &mut DMatrix<f64>,
+    ) -> Result<(), f64> {
+        let stepper = self.of(of, leg);
+        let forced = stepper.forced(of, leg, (from, elapsed.hi))?;
+        if let Some(start) = forced.as_ref().and_then(|forced| forced.start.as_ref()) {
+            *columns -= start;
+        }
+        of.homogeneous.carry(leg, elapsed, columns.as_mut_slice());
+        if let Some(forced) = &forced {
+            *columns += &forced.end;
+        }
+        Ok(())
+    }
+}
+
+impl Stepper {
     /// What the columns get from a leg between two instants, `elapsed` apart; `None`: nothing.
     ///
     /// # Errors
     /// The time: a structure is damped too strongly.
-    pub(super) fn forced(
+    fn forced(
         &self,
         of: &Linearised,
         leg: &AnchorOf<Structure>,
         (from, elapsed): (Clock, f64),
     ) -> Result<Option<Forced>, f64> {
-        if of.by.is_empty() || elapsed <= 0.0 {
+        if self.acts.is_empty() {
             return Ok(None);
         }
-        let stepper = self.of(of, leg);
-        if stepper.acts.is_empty() {
-            return Ok(None);
-        }
-        let whole = (elapsed / stepper.length).floor();
-        let closed = stepper.equation.is_closed();
+        let whole = (elapsed / self.length).floor();
+        let closed = self.equation.is_closed();
         // Steps by which nothing leads off closed stops are short.
         let most = if closed { FINER } else { u32::BITS - 1 };
         let steps = whole / f64::from(1u32 << FINER);
         if steps.is_nan() || steps > MOST_STEPS {
             return Err(of.drive().time(from));
         }
-        let mut moving = stepper.begin(of, leg, from);
+        let mut moving = self.begin(of, leg, from);
         // In flight they begin with nothing but the phase of the drive.
-        let start = closed.then(|| stepper.in_coordinates(of, &moving));
+        let start = closed.then(|| self.in_coordinates(of, &moving));
         #[allow(clippy::cast_sign_loss, clippy::cast_possible_truncation)]
         // below MOST_STEPS 2^FINER
         let mut left = whole as u64;
         while left > 0 {
             let k = left.ilog2().min(most);
-            stepper.level(k as usize).take(&mut moving);
+            self.level(k as usize).take(&mut moving);
             left -= 1 << k;
-            stepper.keep(of, &mut moving);
+            self.keep(of, &mut moving);
         }
-        stepper.take_rest(elapsed - whole * stepper.length, &mut moving);
-        stepper.keep(of, &mut moving);
-        Ok(Some(Forced { start, end: stepper.in_coordinates(of, &moving) }))
+        self.take_rest(elapsed - whole * self.length, &mut moving);
+        self.keep(of, &mut moving);
+        Ok(Some(Forced { start, end: self.in_coordinates(of, &moving) }))
     }
-}
 
-impl Stepper {
     /// The motion and its derivatives where a leg begins.
     fn begin(&self, of: &Linearised, leg: &AnchorOf<Structure>, from: Clock) -> Moving {
         let modes = of.structure.modes();

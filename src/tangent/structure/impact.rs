@@ -103,12 +103,19 @@ pub(crate) fn direction_of(regime: Regime, slip: f64) -> f64 {
 /// n . (rows of q'), row of a matrix of perturbations.
 pub(super) fn along(row: &[f64], of: &DMatrix<f64>, first: usize) -> RowDVector<f64> {
     let mut sum = RowDVector::zeros(of.ncols());
-    for (i, &n) in row.iter().enumerate() {
-        if n != 0.0 {
-            sum.iter_mut().zip(of.row(first + i).iter()).for_each(|(sum, x)| *sum += x * n);
+    for (sum, column) in sum.iter_mut().zip(of.as_slice().chunks_exact(of.nrows())) {
+        for (n, x) in row.iter().zip(&column[first..]) {
+            if *n != 0.0 {
+                *sum += x * n;
+            }
         }
     }
     sum
+}
+
+/// Adds a row so many times.
+fn add_times(to: &mut RowDVector<f64>, times: f64, row: &RowDVector<f64>) {
+    to.iter_mut().zip(row.iter()).for_each(|(sum, x)| *sum += x * times);
 }
 
 /// Adds -(M^-1 n) x normal + (M^-1 t) x tangential to the rows of q'.
@@ -120,11 +127,11 @@ fn push(
     tangential: Option<&RowDVector<f64>>,
 ) {
     let (count, rows) = (structure.coordinates(), structure.contact(stop));
-    for i in 0..count {
-        let mut row = events.row_mut(count + i);
-        row.iter_mut().zip(normal.iter()).for_each(|(x, p)| *x -= p * rows.by_normal[i]);
+    for (c, column) in events.as_mut_slice().chunks_exact_mut(2 * count).enumerate() {
+        let rates = &mut column[count..];
+        rates.iter_mut().zip(&rows.by_normal).for_each(|(x, n)| *x -= normal[c] * n);
         if let Some(tangential) = tangential {
-            row.iter_mut().zip(tangential.iter()).for_each(|(x, q)| *x += q * rows.by_tangent[i]);
+            rates.iter_mut().zip(&rows.by_tangent).for_each(|(x, t)| *x += tangential[c] * t);
         }
     }
 }
@@ -139,7 +146,11 @@ impl Linearised {
         delay: &RowDVector<f64>,
     ) -> RowDVector<f64> {
         let normal = self.structure.stops()[stop].normal();
-        let moved = along(normal, events, normal.len()) + delay * self.by_time(stop, clock).1;
+        let mut moved = along(normal, events, normal.len());
+        let (_, by_time) = self.by_time(stop, clock);
+        if by_time != 0.0 {
+            moved += delay * by_time;
+        }
         match self.by_number(stop, clock) {
             Some([_, rate]) => moved + rate,
             None => moved,
@@ -168,46 +179,45 @@ impl Linearised {
         let slip = structure.slip(impact.stop, &event.pre.v);
         let regime = (impact.regime.kind(), direction_of(impact.regime, slip));
         let at = (impact.approach_velocity, slip);
-        if self.by.is_empty() {
-            let impulses = StopInRegime::<FOUR>::new(structure, impact.stop, at, regime).impulses();
-            let ds =
-                || along(structure.stops()[impact.stop].tangent().unwrap_or(&[]), events, count);
-            let [normal, tangential] = impulses.map(|impulse| impulse.slope);
-            if impact.regime.kind() == RegimeKind::Frictionless {
-                push(structure, impact.stop, events, &(du * normal[0]), None);
-                return;
-            }
-            let ds = ds();
-            let of = |by: [f64; 4]| &du * by[0] + &ds * by[1];
-            push(structure, impact.stop, events, &of(normal), Some(&of(tangential)));
-            return;
-        }
-        let impulses = StopInRegime::<SEVEN>::new(structure, impact.stop, at, regime).impulses();
         let rubs = impact.regime.kind() != RegimeKind::Frictionless;
         let tangent = structure.stops()[impact.stop].tangent().filter(|_| rubs).unwrap_or(&[]);
-        let ds = along(tangent, events, count);
-        let [by_restitution, by_friction] = self.by_law(impact.stop, impact.approach_velocity);
-        let mut parts = vec![du, ds, by_restitution, by_friction];
-        if self.varies_mass() {
-            let [n, t] = self.modal_rows(impact.stop);
-            for (x, y) in [(&n, &n), (&n, &t), (&t, &t)] {
-                // d(x M^-1 y).
-                parts.extend(self.by_mass(x, y).map(|changed| -changed));
+        // Where masses stay as they are, a, b and c do.
+        let masses = self.masses.get(impact.stop);
+        let [by_normal, by_tangent] = if masses.is_some() {
+            StopInRegime::<SEVEN>::new(structure, impact.stop, at, regime)
+                .impulses()
+                .map(|impulse| impulse.slope)
+        } else {
+            let of = StopInRegime::<FOUR>::new(structure, impact.stop, at, regime);
+            of.impulses().map(|impulse| {
+                let mut slope = [0.0; SEVEN];
+                slope[..FOUR].copy_from_slice(&impulse.slope);
+                slope
+            })
+        };
+        let mut normal = &du * by_normal[0];
+        let mut tangential = rubs.then(|| du * by_tangent[0]);
+        let mut add = |place: usize, part: &RowDVector<f64>| {
+            add_times(&mut normal, by_normal[place], part);
+            if let Some(tangential) = &mut tangential {
+                add_times(tangential, by_tangent[place], part);
+            }
+        };
+        if rubs {
+            add(1, &along(tangent, events, count));
+        }
+        if let Some([restitution, friction]) = self.by_law(impact.stop, impact.approach_velocity) {
+            add(2, &restitution);
+            add(3, &friction);
+        }
+        if let Some(masses) = masses {
+            for (k, changed) in masses.mobilities.iter().enumerate() {
+                add(FOUR + k, changed);
             }
         }
-        let [normal, tangential] = impulses.map(|impulse| {
-            let mut sum = RowDVector::zeros(events.ncols());
-            for (part, slope) in parts.iter().zip(impulse.slope).filter(|(_, slope)| *slope != 0.0)
-            {
-                sum.iter_mut().zip(part.iter()).for_each(|(sum, x)| *sum += x * slope);
-            }
-            sum
-        });
-        push(structure, impact.stop, events, &normal, rubs.then_some(&tangential));
-        if self.varies_mass() {
-            let jump = event.post.v.iter().zip(&event.pre.v).map(|(a, b)| a - b);
-            self.by_inertia(&jump.collect::<Vec<f64>>(), events);
-        }
+        push(structure, impact.stop, events, &normal, tangential.as_ref());
+        let impulses = [impact.impulse_normal, impact.impulse_tangential];
+        self.by_inertia(impact.stop, impulses, events);
     }
 
     /// As [`Linearised::strike`], of the impacts without friction of one instant: u+ = -r u at the
@@ -236,8 +246,9 @@ impl Linearised {
                 }
                 if !self.by.is_empty() {
                     change -= self.by_other_mobility(stop, impacts);
-                    if stop == met {
-                        let [by_law, _] = self.by_law(stop, u);
+                    if stop == met
+                        && let Some([by_law, _]) = self.by_law(stop, u)
+                    {
                         change += by_law * u;
                     }
                 }
@@ -254,9 +265,7 @@ impl Linearised {
         let mut after = Vec::with_capacity(count);
         for (i, impact) in impacts.iter().enumerate() {
             push(structure, impact.stop, events, &impulses.row(i).into_owned(), None);
-            let by_normal = &structure.contact(impact.stop).by_normal;
-            let jump: Vec<f64> = by_normal.iter().map(|n| -impact.impulse_normal * n).collect();
-            self.by_inertia(&jump, events);
+            self.by_inertia(impact.stop, [impact.impulse_normal, 0.0], events);
             after.push(events.clone());
         }
         after

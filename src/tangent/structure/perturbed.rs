@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, RowDVector};
+use smallvec::SmallVec;
 
 use super::StructureTangentError;
 use super::forced::Steppers;
-use super::impact::along;
 use super::rates::Linearised;
 use super::samples::{Sample, Samples};
 use crate::impact::StopImpact;
@@ -14,18 +14,16 @@ use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState};
 use crate::simulate::event::StopReason;
 use crate::simulate::model::ModelEvent;
-use crate::simulate::structure::{
-    ClosedStops, StopImpactEvent, StopStart, StructureEvent, StructureMode,
-};
+use crate::simulate::structure::{ClosedStops, StopImpactEvent, StructureEvent};
 use crate::simulate::{AnchorOf, Model, Phase, Simulation};
-use crate::tangent::tolerances::{SHORT_BOUNCE, SLOW_BOUNCE, STILL_FLIGHT};
+use crate::tangent::tolerances::{SHORT_BOUNCE, SLOW_BOUNCE};
 
 /// Perturbations, in columns.
 #[derive(Debug, Clone)]
 pub(crate) struct Perturbed {
     pub(super) of: Arc<Linearised>,
     /// What legs add to derivatives by numbers.
-    steppers: Arc<Steppers>,
+    pub(super) steppers: Arc<Steppers>,
     /// Of the state at this time; or, with a delay, of that at the event of this time.
     pub(super) columns: DMatrix<f64>,
     pub(super) clock: Clock,
@@ -42,7 +40,7 @@ pub(crate) struct Perturbed {
     pub(super) low: Option<(usize, f64)>,
     /// Derivatives before and after the impacts of this instant that are still to be told, each at its
     /// own time, and the delay of that.
-    told: Vec<[DMatrix<f64>; 2]>,
+    told: SmallVec<[[DMatrix<f64>; 2]; 1]>,
 }
 
 impl Perturbed {
@@ -61,7 +59,7 @@ impl Perturbed {
             samples: Samples::default(),
             samples_impacts: true,
             low: None,
-            told: Vec::new(),
+            told: SmallVec::new(),
         }
     }
 
@@ -151,6 +149,11 @@ impl Perturbed {
         Ok(())
     }
 
+    /// Whether this leg is carried along as well at once as in parts.
+    pub fn flies_at_once(&self, leg: &AnchorOf<Structure>) -> bool {
+        self.steppers.flies_at_once(&self.of, leg)
+    }
+
     /// The perturbations at the end of a simulation that skips the impacts there.
     pub fn within_chatter(
         &self,
@@ -165,13 +168,50 @@ impl Perturbed {
         anchor: &AnchorOf<Structure>,
         end: Clock,
     ) -> Result<Self, StructureTangentError> {
-        let mut hopping = Simulation::hopping(&self.of.structure, anchor.clone(), end);
-        let mut there = self.clone();
-        loop {
-            if let Some(StructureEvent::Stop(_)) = there.advance(&mut hopping)? {
-                return Ok(there);
+        self.steppers.hop(&self.of, (anchor, end), |hopping| {
+            let mut there = self.clone();
+            loop {
+                if let Some(StructureEvent::Stop(_)) = there.advance(hopping)? {
+                    return Ok(there);
+                }
             }
+        })
+    }
+
+    /// These perturbations combined otherwise, of columns as those of `blank`, so many drive periods later.
+    pub fn combined(&self, blank: &Self, by: &DMatrix<f64>, periods: i64) -> Self {
+        let mut samples = self.samples.clone();
+        samples.combine(by);
+        samples.later_by(periods);
+        Self {
+            of: Arc::clone(&blank.of),
+            steppers: Arc::clone(&blank.steppers),
+            columns: &self.columns * by,
+            clock: Clock { period: self.clock.period + periods, ..self.clock },
+            delay: self.delay.as_ref().map(|delay| delay * by),
+            samples,
+            ..self.kept()
         }
+    }
+
+    /// Whether nothing of what has been before counts for what comes, but the columns.
+    pub fn begins_anew(&self) -> bool {
+        self.samples.are_few() && self.low.is_none() && self.told.is_empty()
+    }
+
+    /// The columns, at another instant, as if there had been nothing before.
+    pub fn begin_at(&mut self, clock: Clock) {
+        let columns = std::mem::take(&mut self.columns);
+        *self = self.at(clock, columns);
+    }
+
+    pub fn columns_mut(&mut self) -> &mut DMatrix<f64> {
+        &mut self.columns
+    }
+
+    /// What perturbations of its motions have in common, for others of them.
+    pub fn shared(&self) -> &Arc<Linearised> {
+        &self.of
     }
 
     /// The same perturbations combined otherwise: these are `columns`, which are the present ones
@@ -205,18 +245,18 @@ impl Perturbed {
     pub fn settle(&mut self, leg: &AnchorOf<Structure>) {
         if let Some(delay) = self.delay.take() {
             let rates = self.of.rates(leg, leg.clock, &leg.state);
-            self.columns.ger(-1.0, &rates, &delay.transpose(), 1.0);
+            self.add(&rates, &(-delay));
             self.struck.clear();
             self.reduce(self.of.motion.dimension(leg));
         }
     }
 
-    fn reduce(&mut self, most: usize) {
+    pub(super) fn reduce(&mut self, most: usize) {
         self.rank = self.rank.min(most);
     }
 
     /// Along a leg up to an instant.
-    fn fly(
+    pub(super) fn fly(
         &mut self,
         leg: &AnchorOf<Structure>,
         clock: Clock,
@@ -232,15 +272,9 @@ impl Perturbed {
         }
         self.settle(leg);
         self.struck.clear();
-        let forced = self.steppers.forced(&self.of, leg, (self.clock, elapsed.hi));
-        let forced = forced.map_err(StructureTangentError::Damping)?;
-        if let Some(start) = forced.as_ref().and_then(|forced| forced.start.as_ref()) {
-            self.columns -= start;
-        }
-        self.of.homogeneous.carry(leg, elapsed, self.columns.as_mut_slice());
-        if let Some(forced) = &forced {
-            self.columns += &forced.end;
-        }
+        let over = ([self.clock, clock], elapsed);
+        let carried = self.steppers.carry(&self.of, leg, over, &mut self.columns);
+        carried.map_err(StructureTangentError::Damping)?;
         if let Some(later) = self.of.later(clock.period - self.clock.period) {
             let state = self.of.state_at(leg, clock);
             self.columns += self.of.rates(leg, clock, &state) * later;
@@ -271,7 +305,7 @@ impl Perturbed {
             samples: Samples::default(),
             samples_impacts: self.samples_impacts,
             low: self.low,
-            told: Vec::new(),
+            told: SmallVec::new(),
         }
     }
 
@@ -281,9 +315,17 @@ impl Perturbed {
     }
 
     /// To perturbations at an event that happens dt later.
-    fn delayed(&mut self, rates: &DVector<f64>, delay: RowDVector<f64>) {
-        self.columns += rates * &delay;
+    pub(super) fn delayed(&mut self, rates: &DVector<f64>, delay: RowDVector<f64>) {
+        self.add(rates, &delay);
         self.delay = Some(delay);
+    }
+
+    /// Adds what moves at these rates for these times.
+    fn add(&mut self, rates: &DVector<f64>, times: &RowDVector<f64>) {
+        let all = self.columns.as_mut_slice().chunks_exact_mut(rates.len());
+        for (column, time) in all.zip(times.iter()) {
+            column.iter_mut().zip(rates.iter()).for_each(|(x, rate)| *x += rate * time);
+        }
     }
 
     fn strike(
@@ -419,80 +461,5 @@ impl Perturbed {
             return Err(StructureTangentError::Simultaneous(other, stop, event.time));
         }
         Ok(())
-    }
-
-    /// A leg has changed without an impact.
-    fn change(
-        &mut self,
-        before: &AnchorOf<Structure>,
-        after: &AnchorOf<Structure>,
-    ) -> Result<(), StructureTangentError> {
-        match before.phase {
-            Phase::Contact(mode) => {
-                self.fly(before, after.clock)?;
-                self.settle(before);
-                if self.slip_ends(mode, before, after) {
-                    self.stop_slip(before, after);
-                } else {
-                    // The force has fallen to 0, or to the limit of friction: no rate jumps.
-                    self.reduce(self.of.motion.dimension(before));
-                }
-                Ok(())
-            }
-            Phase::Flight(_) => {
-                let time = self.of.drive().until(self.clock, after.clock).value();
-                if time > STILL_FLIGHT * Structure::span(&self.of.motion) {
-                    let time = self.of.drive().time(after.clock);
-                    return Err(StructureTangentError::Landing(time));
-                }
-                self.land_all(after);
-                Ok(())
-            }
-            Phase::Landing => {
-                self.land_all(after);
-                Ok(())
-            }
-            Phase::Strike => Ok(()),
-        }
-    }
-
-    /// Starts on stops without an event before stand for those that land there.
-    fn land_all(&mut self, after: &AnchorOf<Structure>) {
-        let still = RowDVector::zeros(self.columns.ncols());
-        if self.delay.is_none() {
-            self.delay = Some(still);
-        }
-        let Some(delay) = self.delay.clone() else { return };
-        for &(stop, start) in &after.touching.at {
-            if start == StopStart::Closed {
-                self.of.land_on(stop as usize, after.clock, &mut self.columns, &delay);
-            }
-        }
-    }
-
-    fn slip_ends(
-        &self,
-        mode: StructureMode,
-        before: &AnchorOf<Structure>,
-        after: &AnchorOf<Structure>,
-    ) -> bool {
-        let slid = matches!(mode, StructureMode::SlidePositive | StructureMode::SlideNegative);
-        let rubs = |stop: &u32| self.of.structure.rubs(*stop);
-        let stays = |stop: &u32| after.touching.of(*stop) == Some(StopStart::Closed);
-        slid && after.phase != before.phase
-            && before.touching.closed().iter().any(|stop| rubs(stop) && stays(stop))
-    }
-
-    /// t . q' = 0 at a closed stop.
-    fn stop_slip(&mut self, before: &AnchorOf<Structure>, after: &AnchorOf<Structure>) {
-        let structure = &self.of.structure;
-        let count = structure.coordinates();
-        let closed = before.touching.closed();
-        let Some(stop) = closed.into_iter().find(|&stop| structure.rubs(stop)) else { return };
-        let tangent = structure.stops()[stop as usize].tangent().unwrap_or(&[]);
-        let rates = self.of.rates(before, after.clock, &after.state);
-        let change: f64 = tangent.iter().zip(rates.iter().skip(count)).map(|(t, a)| t * a).sum();
-        let delay = along(tangent, &self.columns, count) * (-1.0 / change);
-        self.delayed(&rates, delay);
     }
 }

@@ -1,11 +1,13 @@
 //! The rates of a structure's legs, and the rows of its stops.
 
-use nalgebra::{DMatrix, DVector};
+use std::borrow::Cow;
 
-use crate::flight::Drive;
+use nalgebra::{DMatrix, DVector, RowDVector};
+
+use crate::flight::{Drive, Trig};
 use crate::model::state::Clock;
 use crate::model::structure::{
-    Coordinates, ModalVariation, StopVariation, Structure, StructureState, Variation,
+    ModalVariation, StopVariation, Structure, StructureState, Variation,
 };
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::model::{Follows, Model};
@@ -23,6 +25,13 @@ pub(crate) struct Linearised {
     pub(super) damping: DMatrix<f64>,
     /// Phases of the stops.
     pub(super) stops: Vec<Drive>,
+    /// q'' without forces of stops by q, q', 1, cos psi and sin psi: N numbers each.
+    free: Vec<f64>,
+    /// Stops whose places vary in a column, and whose laws do.
+    pub(super) moved: Vec<bool>,
+    pub(super) other_laws: Vec<bool>,
+    /// What other masses change at each stop; none where no mass varies.
+    pub(super) masses: Vec<OtherMasses>,
     /// What the columns are derivatives by; none: they are perturbations.
     pub by: Vec<Varied>,
 }
@@ -33,6 +42,15 @@ pub(crate) struct Varied {
     pub by: Variation,
     /// In the modes.
     pub modal: ModalVariation,
+}
+
+/// What other masses change at a stop, in each column.
+#[derive(Debug, Clone)]
+pub(crate) struct OtherMasses {
+    /// Of a, b and c.
+    pub mobilities: [RowDVector<f64>; 3],
+    /// (M^-1 dM) M^-1 n, and of t: (N, columns).
+    pub by_impulse: [DMatrix<f64>; 2],
 }
 
 impl Varied {
@@ -53,7 +71,11 @@ impl Linearised {
         Self {
             motion: structure.motion(),
             homogeneous: structure.homogeneous().motion(),
+            free: free_acceleration(structure),
             damping: structure.modal_damping().rounded(),
+            moved: vec![false; structure.stops().len()],
+            other_laws: vec![false; structure.stops().len()],
+            masses: Vec::new(),
             stops: structure.stops().iter().map(|stop| Drive::new(omega, stop.phase())).collect(),
             structure: structure.clone(),
             by: Vec::new(),
@@ -63,7 +85,21 @@ impl Linearised {
     /// Of columns that are derivatives along these variations.
     pub fn along(structure: &Structure, by: Vec<Variation>) -> Self {
         let varied = |by: Variation| Varied { modal: by.in_modes(structure), by };
-        Self { by: by.into_iter().map(varied).collect(), ..Self::new(structure) }
+        let mut of = Self { by: by.into_iter().map(varied).collect(), ..Self::new(structure) };
+        for (place, stop) in structure.stops().iter().enumerate() {
+            for varied in &of.by {
+                let own = varied.by.stop(place);
+                let turns = own.phase != 0.0 || varied.by.drive_frequency != 0.0;
+                let moves = own.gap != 0.0 || own.amplitude != 0.0;
+                of.moved[place] |= moves || (turns && stop.amplitude() != 0.0);
+                let by_curve = own.of_curve.iter().any(|&rate| rate != 0.0);
+                of.other_laws[place] |= own.restitution != 0.0 || own.friction != 0.0 || by_curve;
+            }
+        }
+        if of.varies_mass() {
+            of.masses = (0..structure.stops().len()).map(|stop| of.other_masses(stop)).collect();
+        }
+        of
     }
 
     pub fn drive(&self) -> &Drive {
@@ -77,7 +113,15 @@ impl Linearised {
         clock: Clock,
         state: &StructureState,
     ) -> DVector<f64> {
-        let mut acceleration = self.free_acceleration(clock, state);
+        let count = state.q.len();
+        let mut rates = DVector::zeros(2 * count);
+        let (places, acceleration) = rates.as_mut_slice().split_at_mut(count);
+        places.copy_from_slice(&state.v);
+        let Trig { cos, sin } = self.drive().trig_at(clock);
+        let times = state.q.iter().chain(&state.v).copied().chain([1.0, cos, sin]);
+        for (row, time) in self.free.chunks_exact(count).zip(times) {
+            acceleration.iter_mut().zip(row).for_each(|(a, x)| *a += x * time);
+        }
         if let Phase::Contact(_) = leg.phase {
             let elapsed = self.drive().until(leg.clock, clock);
             let elapsed = if elapsed.hi < 0.0 { DoubleDouble::ZERO } else { elapsed };
@@ -89,47 +133,48 @@ impl Linearised {
                 }
             }
         }
-        DVector::from_iterator(
-            2 * state.q.len(),
-            state.v.iter().copied().chain(acceleration.iter().copied()),
-        )
-    }
-
-    /// q'' without forces of stops, by modes.
-    fn free_acceleration(&self, clock: Clock, state: &StructureState) -> Coordinates {
-        let trig = self.drive().trig_at(clock);
-        let modes = self.structure.modes();
-        let rates: Coordinates = modes.iter().map(|mode| mode.along(&state.v)).collect();
-        let mut acceleration = Coordinates::from_elem(0.0, state.q.len());
-        for (i, mode) in modes.iter().enumerate() {
-            let square = mode.frequency.value().powi(2);
-            let load = mode.load + mode.drive.re * trig.cos - mode.drive.im * trig.sin;
-            let damped: f64 = (0..rates.len()).map(|j| self.damping[(i, j)] * rates[j]).sum();
-            let own = load - square * mode.along(&state.q) - damped;
-            for (a, shape) in acceleration.iter_mut().zip(&mode.shape) {
-                *a += own * shape;
-            }
-        }
-        acceleration
+        rates
     }
 
     /// Partial derivatives by time of the gap of a stop and of its rate u.
     pub fn by_time(&self, stop: usize, clock: Clock) -> (f64, f64) {
+        let amplitude = self.structure.stops()[stop].amplitude();
+        if amplitude == 0.0 {
+            return (0.0, 0.0);
+        }
         let Drive { omega, .. } = self.stops[stop];
         let trig = self.stops[stop].trig_at(clock);
-        let amplitude = self.structure.stops()[stop].amplitude();
         (amplitude * omega * trig.sin, amplitude * omega * omega * trig.cos)
     }
 
     /// The leg that begins at this anchor, of bodies that no stop approaches any more.
-    pub fn leg_from(&self, anchor: &AnchorOf<Structure>) -> AnchorOf<Structure> {
+    pub fn leg_from<'a>(&self, anchor: &'a AnchorOf<Structure>) -> Cow<'a, AnchorOf<Structure>> {
         if !matches!(anchor.phase, Phase::Landing | Phase::Strike) {
-            return anchor.clone();
+            return Cow::Borrowed(anchor);
         }
         let landing = Anchor { phase: Phase::Landing, ..anchor.clone() };
         match self.motion.follows(&landing, None) {
-            Follows::Leg(leg) => leg,
-            Follows::Stops(_) => anchor.clone(),
+            Follows::Leg(leg) => Cow::Owned(leg),
+            Follows::Stops(_) => Cow::Borrowed(anchor),
         }
     }
+}
+
+/// q'' without forces of stops, -phi W^2 (M phi)^T q - phi C (M phi)^T q' and loads: N numbers by each of
+/// q, q', 1, cos psi, sin psi.
+fn free_acceleration(structure: &Structure) -> Vec<f64> {
+    let (modes, damping) = (structure.modes(), structure.modal_damping().rounded());
+    let count = modes.len();
+    let into_modes = DMatrix::from_fn(count, count, |i, k| modes[i].row[k].hi);
+    let shapes = DMatrix::from_fn(count, count, |k, i| modes[i].shape[k]);
+    let squares = DMatrix::from_fn(count, count, |i, k| {
+        modes[i].frequency.value().powi(2) * modes[i].row[k].hi
+    });
+    let loads = DMatrix::from_fn(count, 3, |i, k| {
+        let mode = &modes[i];
+        [mode.load, mode.drive.re, -mode.drive.im][k]
+    });
+    let parts = [-(&shapes * squares), -(&shapes * (damping * into_modes)), &shapes * loads];
+    // By columns.
+    parts.iter().flat_map(|part| part.as_slice().iter().copied()).collect()
 }

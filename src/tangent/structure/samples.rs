@@ -1,6 +1,7 @@
 //! What the impacts of a sequence leave behind, with its perturbations, and the limit of those.
 
 use nalgebra::{DMatrix, RowDVector};
+use smallvec::SmallVec;
 
 use super::rates::Linearised;
 use crate::contact::tolerances::CHATTER_SPACING;
@@ -8,8 +9,7 @@ use crate::impact::RegimeKind;
 use crate::model::state::Clock;
 use crate::model::structure::{StructureState, largest_number};
 use crate::numerics::EPS;
-use crate::numerics::dual::Dual;
-use crate::numerics::extrapolation::at_zero;
+use crate::numerics::extrapolation::Weights;
 use crate::tangent::tolerances::MOST_EXTRAPOLATED;
 
 /// Fewest samples of which two orders can be compared. At a small r more are lost in rounding.
@@ -33,7 +33,11 @@ pub(super) struct Sample {
 
 /// The last impacts, as far as they may be chatter.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Samples(Vec<Sample>);
+pub(super) struct Samples {
+    all: Vec<Sample>,
+    /// Limits of so many of the first ones have been told.
+    told: usize,
+}
 
 /// The limit of time and state, with their derivatives.
 pub(super) struct Limit {
@@ -54,47 +58,64 @@ impl Sample {
 impl Samples {
     /// Takes an impact: of other contact, or harder than the last one, it begins anew.
     pub fn take(&mut self, new: Sample) {
-        match self.0.last() {
+        match self.all.last() {
             Some(last) if last.contact != new.contact || new.separation >= last.separation => {
-                self.0.clear();
+                self.all.clear();
+                self.told = 0;
             }
             Some(last) if new.separation > CHATTER_SPACING * last.separation => return,
             _ => {}
         }
-        if self.0.len() == MOST_EXTRAPOLATED {
-            self.0.remove(0);
+        if self.all.len() == MOST_EXTRAPOLATED {
+            self.all.remove(0);
+            self.told = 0;
         }
-        self.0.push(new);
+        self.all.push(new);
     }
 
     pub fn combine(&mut self, by: &DMatrix<f64>) {
-        for sample in &mut self.0 {
+        self.told = 0;
+        for sample in &mut self.all {
             sample.change = &sample.change * by;
             sample.delay = &sample.delay * by;
             sample.events = &sample.events * by;
         }
     }
 
+    /// So many drive periods later.
+    pub fn later_by(&mut self, periods: i64) {
+        for sample in &mut self.all {
+            sample.clock.period += periods;
+        }
+    }
+
+    /// Whether no two impacts may belong to one chatter.
+    pub fn are_few(&self) -> bool {
+        self.all.len() <= 1
+    }
+
     /// The last one.
     pub fn last(&self) -> Option<&Sample> {
-        self.0.last()
+        self.all.last()
     }
 
     /// Whether it began before rounding spoilt the perturbations.
     pub fn begin_well(&self) -> bool {
-        self.0.first().is_some_and(|first| !first.low)
+        self.all.first().is_some_and(|first| !first.low)
     }
 
     /// At u = 0, from the first samples, so many that their error is least: further ones bring more
-    /// rounding.
-    pub fn limit(&self, of: &Linearised) -> Option<Limit> {
-        let limits = (FEWEST..=self.0.len()).map(|count| Self::limit_of(&self.0[..count], of));
+    /// rounding. Of those numbers of samples whose limit has not been told.
+    pub fn limit(&mut self, of: &Linearised) -> Option<Limit> {
+        let counts = FEWEST.max(self.told + 1)..=self.all.len();
+        self.told = self.all.len();
+        let limits = counts.map(|count| Self::limit_of(&self.all[..count], of));
         limits.min_by(|a, b| a.error.total_cmp(&b.error))
     }
 
     /// Its delay is that within the drive period of the first one.
     pub fn period(&self) -> i64 {
-        self.0.first().map_or(0, |first| first.clock.period)
+        self.all.first().map_or(0, |first| first.clock.period)
     }
 
     fn limit_of(samples: &[Sample], of: &Linearised) -> Limit {
@@ -112,33 +133,40 @@ impl Samples {
             let StructureState { q, v } = &sample.state;
             if i < q.len() { q[i] } else { v[i - q.len()] }
         };
+        let nodes: Numbers = newest().map(|s| s.separation).collect();
+        let all = Weights::at_zero(&nodes);
+        let fewer = Weights::at_zero(&nodes[..count - 1]);
         for c in 0..columns {
-            let number = |value: f64, slope: f64| Dual::<1> { value, slope: [slope] };
-            let nodes: Vec<Dual<1>> = newest().map(|s| number(s.separation, s.change[c])).collect();
-            let mut extrapolated = |values: Vec<[Dual<1>; 1]>| {
-                let [all] = at_zero(&nodes, values.clone());
-                let [fewer] = at_zero(&nodes[..count - 1], values);
-                let slopes = (all.slope[0] - fewer.slope[0]).abs() / (1.0 + all.slope[0].abs());
-                limit.error = limit.error.max((all.value - fewer.value).abs()).max(slopes);
-                all.slope[0]
+            let changes: Numbers = newest().map(|s| s.change[c]).collect();
+            let all_change = all.change(&nodes, &changes);
+            let fewer_change = fewer.change(&nodes, &changes);
+            let mut extrapolated = |values: &Numbers, slopes: &Numbers| {
+                let (value, slope) = all.sum(&all_change, values, slopes);
+                let (other, other_slope) = fewer.sum(&fewer_change, values, slopes);
+                let slopes = (slope - other_slope).abs() / (1.0 + slope.abs());
+                limit.error = limit.error.max((value - other).abs()).max(slopes);
+                slope
             };
-            let times = newest()
+            let times = newest().map(|s| drive.until(first.clock, s.clock).value()).collect();
+            let delays = newest()
                 .map(|s| {
                     let later = of.later(s.clock.period - first.clock.period);
-                    let slope = s.delay[c] + later.map_or(0.0, |later| later[c]);
-                    [number(drive.until(first.clock, s.clock).value(), slope)]
+                    s.delay[c] + later.map_or(0.0, |later| later[c])
                 })
                 .collect();
-            let delay = extrapolated(times);
+            let delay = extrapolated(&times, &delays);
             for i in 0..rows {
                 // Differences, so that no digit is lost where little changes.
                 let from = place(first, i);
-                let values =
-                    newest().map(|s| [number(place(s, i) - from, s.events[(i, c)])]).collect();
-                limit.columns[(i, c)] = extrapolated(values);
+                let values = newest().map(|s| place(s, i) - from).collect();
+                let slopes = newest().map(|s| s.events[(i, c)]).collect();
+                limit.columns[(i, c)] = extrapolated(&values, &slopes);
             }
             limit.delay[c] = delay;
         }
         limit
     }
 }
+
+/// A number of each sample.
+type Numbers = SmallVec<[f64; MOST_EXTRAPOLATED]>;

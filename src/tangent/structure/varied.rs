@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 
 use smallvec::SmallVec;
 
-use super::rates::{Linearised, Varied};
+use super::rates::{Linearised, OtherMasses, Varied};
 use crate::model::state::Clock;
 use crate::model::structure::{StopVariation, Structure, StructureState};
 use crate::simulate::{AnchorOf, Model};
@@ -33,9 +33,9 @@ impl Linearised {
     }
 
     /// What each column changes in the gap of a stop at a fixed instant in a fixed state, and in its
-    /// rate; `None` of perturbations.
+    /// rate; `None` where they change neither.
     pub fn by_number(&self, stop: usize, clock: Clock) -> Option<[RowDVector<f64>; 2]> {
-        if self.by.is_empty() {
+        if !self.moved[stop] {
             return None;
         }
         let drive = self.stops[stop];
@@ -68,8 +68,11 @@ impl Linearised {
     }
 
     /// Derivatives of r of an impact on a stop at the approach velocity u, and of its friction, of each
-    /// column.
-    pub fn by_law(&self, stop: usize, u: f64) -> [RowDVector<f64>; 2] {
+    /// column; `None` where there are none.
+    pub fn by_law(&self, stop: usize, u: f64) -> Option<[RowDVector<f64>; 2]> {
+        if !self.other_laws[stop] {
+            return None;
+        }
         let coefficient = self.structure.stops()[stop].coefficient();
         let numbers = coefficient.curve.map_or(0, |curve| curve.names().len());
         let by_numbers: SmallVec<[f64; 4]> =
@@ -78,29 +81,44 @@ impl Linearised {
             let terms = by_numbers.iter().zip(&own.of_curve);
             terms.map(|(by, rate)| by * rate).sum::<f64>()
         };
-        [
+        Some([
             self.each(|varied| {
                 let own = varied.by.stop(stop);
                 own.restitution + of_curve(&own)
             }),
             self.each(|varied| varied.by.stop(stop).friction),
-        ]
+        ])
     }
 
-    /// What other masses change in a jump of the velocities at an event: -(M^-1 dM) (v+ - v-).
-    pub fn by_inertia(&self, jump: &[f64], events: &mut DMatrix<f64>) {
-        if !self.varies_mass() {
-            return;
-        }
+    /// What other masses change at a stop.
+    pub fn other_masses(&self, stop: usize) -> OtherMasses {
+        let [n, t] = self.modal_rows(stop);
+        let changed = |x, y| -self.by_mass(x, y).unwrap_or_else(|| self.each(|_| 0.0));
         let modes = self.structure.modes();
         let count = modes.len();
-        let modal = DVector::from_iterator(count, modes.iter().map(|mode| mode.along(jump)));
-        for (column, varied) in self.by.iter().enumerate() {
-            let Some(mass) = &varied.modal.mass else { continue };
-            let changed = mass * &modal;
-            for k in 0..count {
-                let sum: f64 = modes.iter().zip(&changed).map(|(m, x)| m.shape[k] * x).sum();
-                events[(count + k, column)] -= sum;
+        let shapes = DMatrix::from_fn(count, count, |k, i| modes[i].shape[k]);
+        let by_impulse = [&n, &t].map(|row| {
+            let mut all = DMatrix::zeros(count, self.by.len());
+            for (mut column, varied) in all.column_iter_mut().zip(&self.by) {
+                if let Some(mass) = &varied.modal.mass {
+                    column.copy_from(&(&shapes * (mass * row)));
+                }
+            }
+            all
+        });
+        OtherMasses { mobilities: [changed(&n, &n), changed(&n, &t), changed(&t, &t)], by_impulse }
+    }
+
+    /// What other masses change in the velocities after an impact by these impulses on a stop:
+    /// -(M^-1 dM) (v+ - v-).
+    pub fn by_inertia(&self, stop: usize, impulses: [f64; 2], events: &mut DMatrix<f64>) {
+        let Some(masses) = self.masses.get(stop) else { return };
+        let count = self.structure.coordinates();
+        // v+ - v- = M^-1 (t Q - n P).
+        for (impulse, by) in [impulses[0], -impulses[1]].into_iter().zip(&masses.by_impulse) {
+            if impulse != 0.0 {
+                let mut rates = events.rows_mut(count, count);
+                rates.zip_apply(by, |x, by| *x += impulse * by);
             }
         }
     }

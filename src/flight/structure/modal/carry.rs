@@ -5,11 +5,12 @@
 
 use smallvec::SmallVec;
 
-use super::fours::FOUR;
+use super::fours::{FOUR, Turned};
 use super::{FEW, ModalFlight, ModalMotion};
-use crate::flight::drive::Trig;
+use crate::flight::drive::{Trig, Turn};
 use crate::model::structure::Structure;
 use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::lanes;
 
 /// States (q, v), one after another, that are carried from t = 0 on.
 pub(super) struct Carried<'a> {
@@ -37,6 +38,59 @@ impl ModalMotion {
         } else {
             self.far(&flight, elapsed)
         }
+    }
+}
+
+/// Displacement and rate that a mode without loads and drive comes to, from a displacement of 1, and from
+/// a rate of 1.
+pub(crate) type Transitions = SmallVec<[[(f64, f64); 2]; FEW]>;
+
+impl ModalMotion {
+    /// Transitions of all modes, of a structure without loads and drive.
+    pub fn transitions(&self, elapsed: DoubleDouble) -> Transitions {
+        lanes::narrow(Passed { motion: self, elapsed })
+    }
+}
+
+/// Transitions, compiled for each set of vector instructions.
+struct Passed<'a> {
+    motion: &'a ModalMotion,
+    elapsed: DoubleDouble,
+}
+
+impl pulp::NullaryFnOnce for Passed<'_> {
+    type Output = Transitions;
+
+    #[inline(always)]
+    fn call(self) -> Transitions {
+        let Self { motion, elapsed } = self;
+        let (s, is_near) = (elapsed.hi, elapsed.hi <= motion.reach);
+        let mut all = Transitions::with_capacity(motion.modes.len());
+        for (four, modes) in motion.fours.iter().zip(motion.modes.chunks(FOUR)) {
+            let turned = if is_near { four.turned(s) } else { Turned::default() };
+            for (j, mode) in modes.iter().enumerate() {
+                let (oscillator, equation) = (&mode.oscillator, &mode.oscillator.equation);
+                if !is_near || equation.decayed(s) {
+                    all.push([(1.0, 0.0), (0.0, 1.0)].map(|(x, v)| {
+                        let body = oscillator.flight(x, v, Trig::ONE);
+                        oscillator.after(&body, x, elapsed, &Turn::STILL)
+                    }));
+                    continue;
+                }
+                let basis = if oscillator.swings_or_beats() {
+                    equation.swinging_basis(turned.change[j], turned.turned[j])
+                } else {
+                    oscillator.basis(s)
+                };
+                let [of_place, of_rate] = equation.transition_by(basis);
+                all.push([0, 1].map(|from| {
+                    let (x, v) = (of_place[from], of_rate[from]);
+                    let a = -(equation.natural_squared * x + 2.0 * equation.decay_rate * v);
+                    (x + elapsed.lo * v, v + elapsed.lo * a)
+                }));
+            }
+        }
+        all
     }
 }
 

@@ -34,11 +34,11 @@ pub(super) struct Four {
 
 /// How far four modes have turned, and decayed.
 #[derive(Debug, Clone, Copy, Default)]
-struct Turned {
+pub(super) struct Turned {
     /// (cos wd s - 1, sin wd s).
-    turned: [(f64, f64); FOUR],
+    pub turned: [(f64, f64); FOUR],
     /// e^{-c s} - 1.
-    change: Lanes4,
+    pub change: Lanes4,
 }
 
 impl Four {
@@ -68,7 +68,7 @@ impl Four {
 
     /// At a local time within the reach of a flight.
     #[inline(always)]
-    fn turned(&self, s: f64) -> Turned {
+    pub fn turned(&self, s: f64) -> Turned {
         let (mut angles, mut tails, mut change) = ([0.0; FOUR], [0.0; FOUR], [0.0; FOUR]);
         for j in 0..FOUR {
             let angle = DoubleDouble::product(self.damped[j], s);

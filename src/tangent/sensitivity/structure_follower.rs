@@ -1,0 +1,223 @@
+//! What follows a motion of a structure with its derivatives, and takes note of them.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, RowDVector};
+
+use super::error::SensitivityError;
+use super::marks::{OneSided, OneSidedReason};
+use super::structure_legs::{From, SensitiveLeg, tell};
+use crate::model::state::Clock;
+use crate::model::structure::{Structure, StructureState};
+use crate::simulate::event::StopReason;
+use crate::simulate::structure::StructureEvent;
+use crate::simulate::{AnchorOf, ModelEvent, Observer, Simulation};
+use crate::tangent::structure::{Linearised, Perturbed};
+
+/// Sections of flights over fewer drive periods are reached from their start.
+const SHORT_FLIGHT: i64 = 16;
+
+/// The sections that a turn of a simulation has passed.
+#[derive(Default)]
+struct Passed(Vec<i64>);
+
+impl Observer<StructureState> for Passed {
+    const SECTIONS: bool = true;
+
+    fn section(&mut self, k: i64, _: &StructureState) {
+        self.0.push(k);
+    }
+}
+
+/// Tables of derivatives, of the window and of what comes before it in the same drive period.
+#[derive(Default)]
+pub(super) struct Rows {
+    /// Drive period and time of the impacts.
+    pub impacts: Vec<(i64, f64)>,
+    pub times: Vec<f64>,
+    pub before: Vec<f64>,
+    pub after: Vec<f64>,
+    pub stroboscopic: Vec<f64>,
+    pub one_sided: Vec<OneSided>,
+    pub events: i64,
+    pub earlier: i64,
+    /// Where the last chatter ended.
+    pub chatter: Option<Clock>,
+}
+
+/// What a step of a motion has come to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Turn {
+    /// The motion goes on.
+    Over,
+    /// The run ends in it.
+    Last,
+    /// The caller has cancelled the rest.
+    Cancelled,
+}
+
+pub(super) struct Follower<'a> {
+    pub of: &'a Arc<Linearised>,
+    pub window: Clock,
+    pub end: Clock,
+    pub section_offset: f64,
+    /// Numbers of the sections that are recorded.
+    pub sections: Range<i64>,
+    pub derivatives: Perturbed,
+    pub legs: Vec<SensitiveLeg>,
+    pub rows: Rows,
+}
+
+impl Follower<'_> {
+    pub(super) fn other_motion(&self, clock: Clock) -> SensitivityError {
+        SensitivityError::OtherMotion { time: self.of.drive().time(clock) }
+    }
+
+    /// A step of a simulation.
+    pub(super) fn turn(
+        &mut self,
+        simulation: &mut Simulation<Structure>,
+    ) -> Result<Turn, SensitivityError> {
+        let mut passed = Passed::default();
+        let before = simulation.checkpoint().anchor.clone();
+        let event = simulation.step(&mut passed).transpose()?;
+        for k in passed.0 {
+            if self.sections.contains(&k) {
+                let period = k - i64::from(self.section_offset > 0.0);
+                self.section(Clock::new(period, self.section_offset))?;
+            }
+        }
+        let stop = event.as_ref().and_then(ModelEvent::as_stop);
+        let clock = event.as_ref().map(ModelEvent::clock);
+        if stop.is_some() || clock.is_some_and(|clock| clock > self.end) {
+            if let Some(stop) = stop
+                && stop.clock < self.end
+            {
+                let cancelled = stop.reason == StopReason::Interrupted;
+                return if cancelled {
+                    Ok(Turn::Cancelled)
+                } else {
+                    Err(self.other_motion(stop.clock))
+                };
+            }
+            return Ok(Turn::Last);
+        }
+        self.derivatives.pass(&before, simulation, event.as_ref())?;
+        if let Some(event) = &event {
+            self.take(event);
+        }
+        if before != simulation.checkpoint().anchor || simulation.checkpoint().skips() {
+            self.leg(simulation);
+        }
+        Ok(Turn::Over)
+    }
+
+    pub(super) fn at_end(&self) -> Result<DMatrix<f64>, SensitivityError> {
+        let Some(last) = self.legs.last() else { return Err(self.other_motion(self.end)) };
+        last.at_fixed_time(&self.derivatives, self.end)
+    }
+
+    /// Takes note of the flight that begins.
+    pub(super) fn fly_from(&mut self, leg: &AnchorOf<Structure>) {
+        let (clock, time) = (leg.clock, self.of.drive().time(leg.clock));
+        let from = From::Flight(leg.state.clone(), self.derivatives.columns().clone());
+        self.legs.push(SensitiveLeg { time, clock, from });
+    }
+
+    /// Takes note of the leg that begins, if the window needs it.
+    pub(super) fn leg(&mut self, simulation: &Simulation<Structure>) {
+        let point = simulation.checkpoint();
+        let (anchor, hops) = (point.anchor.clone(), point.skips());
+        let clock = anchor.clock;
+        if clock <= self.window {
+            self.legs.clear();
+        }
+        let derivatives = &self.derivatives;
+        let derivatives = if hops { derivatives.clone() } else { derivatives.kept() };
+        let time = self.of.drive().time(clock);
+        let from = From::Any(Box::new((anchor, derivatives)), hops);
+        self.legs.push(SensitiveLeg { time, clock, from });
+    }
+
+    pub(super) fn section(&mut self, clock: Clock) -> Result<(), SensitivityError> {
+        let Some(leg) = self.legs.last() else { return Err(self.other_motion(clock)) };
+        let there = leg.at(&self.derivatives, clock)?;
+        if self.section_offset > 0.0 && self.of.turns() {
+            // At a fixed phase: omega t = 2 pi k + the section's.
+            let later = -self.section_offset / self.of.structure.drive_frequency();
+            let faster = self.of.by.iter().map(|varied| varied.by.drive_frequency * later);
+            let later = RowDVector::from_iterator(self.of.by.len(), faster);
+            let anchor = leg.anchor();
+            let from = self.of.leg_from(&anchor);
+            let state = self.of.state_at(&from, clock);
+            let columns = there.columns() + self.of.rates(&from, clock, &state) * later;
+            tell(&columns, &mut self.rows.stroboscopic);
+        } else {
+            tell(there.columns(), &mut self.rows.stroboscopic);
+        }
+        let periods = clock.period - leg.clock.period;
+        let is_short = matches!(leg.from, From::Flight(..)) && periods < SHORT_FLIGHT;
+        if !(is_short || leg.hops()) {
+            // Longer flights go on from there.
+            let time = self.of.drive().time(clock);
+            let from = match leg.from {
+                From::Flight(..) => {
+                    let state = self.of.state_at(&leg.anchor(), clock);
+                    From::Flight(state, there.into_matrix())
+                }
+                _ => From::Any(Box::new((leg.anchor(), there.kept())), false),
+            };
+            self.legs.push(SensitiveLeg { time, clock, from });
+        }
+        Ok(())
+    }
+
+    pub(super) fn take(&mut self, event: &StructureEvent) {
+        if let Some(reason) = self.one_sided(event) {
+            let time = self.of.drive().time(event.clock());
+            self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
+        }
+        self.rows.events += 1;
+        self.rows.earlier += i64::from(event.clock() < self.window);
+        if let StructureEvent::Chatter(chatter) = event {
+            self.rows.chatter = Some(chatter.clock);
+        }
+        let StructureEvent::Impact(impact) = event else { return };
+        let Some(([before, after], delay)) = self.derivatives.told() else { return };
+        if impact.clock < self.window {
+            return;
+        }
+        let rows = &mut self.rows;
+        rows.impacts.push((impact.clock.period, impact.time));
+        match self.of.later(impact.clock.period) {
+            Some(later) => rows.times.extend((delay + later).iter()),
+            None => rows.times.extend(delay.iter()),
+        }
+        tell(&before, &mut rows.before);
+        tell(&after, &mut rows.after);
+    }
+
+    fn one_sided(&self, event: &StructureEvent) -> Option<OneSidedReason> {
+        let at_start = self.rows.events == 0 && event.clock() == Clock::START;
+        match event {
+            StructureEvent::Graze(_) => Some(OneSidedReason::Graze),
+            StructureEvent::Stop(_) => None,
+            _ if at_start => Some(OneSidedReason::StartOnContact),
+            StructureEvent::Impact(impact) if self.of.is_at_border(impact) => {
+                Some(OneSidedReason::RegimeBorder)
+            }
+            StructureEvent::Impact(event) if self.of.is_at_knot(&event.impact) => {
+                Some(OneSidedReason::RestitutionKnot)
+            }
+            StructureEvent::Closed(contact) => {
+                let chattered = self.rows.chatter == Some(contact.clock);
+                let at_border = self.of.is_at_border_of_contact(contact, chattered);
+                let onset = at_border && chattered;
+                let reason = onset.then_some(OneSidedReason::ChatterOnset);
+                at_border.then(|| reason.unwrap_or(OneSidedReason::ContactBorder))
+            }
+            _ => None,
+        }
+    }
+}
