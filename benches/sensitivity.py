@@ -16,6 +16,8 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
+import numpy as np
+
 import vibroimpact as vi
 from han_jin_hu_2004.parameters import INITIAL, MOTIONS
 from machine import load, machine
@@ -90,6 +92,82 @@ def _simulate(system: vi.System, initial: tuple[float, ...], periods: int) -> Ca
     return lambda: vi.simulate(system, initial=initial, periods=periods)
 
 
+# The same of structures.
+OF_STRUCTURES = {
+    "restitution": "restitution",
+    "start": "q_0",
+    "phase": "phase",
+    "frequency": "drive_frequency",
+    "damping": "damping[0,0]",
+    "stiffness": "stiffness[0,0]",
+    "mass": "mass[0,0]",
+}
+TEN_OF_STRUCTURES = (*OF_STRUCTURES.values(), "gap", "v_0", "stiffness[0,1]")
+
+
+def structure_scenes(periods: int) -> list[Scene]:
+    """Return runs of structures: chaotic flights, few masses and many, chatter and contact."""
+    rub = {"friction": 0.3, "tangent": [1, 0]}
+    structures = {
+        "2 masses, chaos": _masses([0.3, 0.3], 0.8, drive_frequency=0.82),
+        "20 masses, chaos": _row(20),
+        "2 masses, coupled damping": _masses(
+            [0.3, 0.3], 0.8, drive_frequency=0.82, damping=[[0.1, 0], [0, 0.01]]
+        ),
+        "2 masses, chatter": _masses([0.1, 0.3], 0.4, drive_frequency=0.41),
+        "2 masses, closed stops": _masses([0.05, 0.05], 0.5, drive_frequency=0.23),
+        "2 masses, friction and stick": vi.Structure(
+            np.eye(2),
+            [[2, -1], [-1, 2]],
+            [vi.Stop([0, 1], 0.1, 0.2, **rub)],
+            damping_ratios=[0.02, 0.02],
+            drive_amplitude=[1, 0.3],
+            static_load=[0, 0.4],
+            drive_frequency=0.37,
+        ),
+    }
+    return [
+        Scene(
+            f"structure: {name}",
+            _simulate_structure(structure, max(3, periods // structure.coordinates)),
+            OF_STRUCTURES,
+            TEN_OF_STRUCTURES,
+        )
+        for name, structure in structures.items()
+    ]
+
+
+def _masses(gaps: list[float], restitution: float, **drive: Any) -> vi.Structure:
+    """Return two masses, of which the first moves between two stops."""
+    damping = {} if "damping" in drive else {"damping_ratios": [0.02, 0.05]}
+    return vi.Structure(
+        [[1, 0], [0, 2]],
+        [[2, -1], [-1, 1]],
+        [vi.Stop([side, 0], gap, restitution) for side, gap in zip((1, -1), gaps, strict=True)],
+        drive_amplitude=[0, 1],
+        **damping,
+        **drive,
+    )
+
+
+def _row(count: int) -> vi.Structure:
+    """Return masses in a row, each with a stop."""
+    return vi.Structure(
+        np.eye(count),
+        2.5 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1),
+        [vi.Stop(unit, 0.3, 0.7) for unit in np.eye(count)],
+        damping_ratios=np.full(count, 0.02),
+        drive_amplitude=np.linspace(-1.0, 1.0, count),
+        drive_frequency=1.3,
+    )
+
+
+def _simulate_structure(structure: vi.Structure, periods: int) -> Callable[[], vi.StructureRun]:
+    initial = np.zeros((2, structure.coordinates))
+    initial[0, 0] = 0.01
+    return lambda: vi.simulate(structure, initial=initial, periods=periods)
+
+
 def jobs_of(scene: Scene) -> dict[str, Callable[[], object]]:
     """Return the run, and its derivatives by one name or by all."""
     run = scene.run()
@@ -125,7 +203,7 @@ def main(arguments: list[str] | None = None) -> None:
     rounds, periods = (1, 3) if quick else (options.rounds, options.periods)
     chosen = [
         scene
-        for scene in system_scenes(periods)
+        for scene in (*system_scenes(periods), *structure_scenes(periods))
         if any(word in scene.name for word in options.only)
     ]
     columns = [*dict.fromkeys(column for scene in chosen for column in scene.alone), MANY]
