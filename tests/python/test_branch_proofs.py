@@ -171,6 +171,16 @@ def test_longer_ranges():
     assert [x.kind for x in proof.bifurcations] == ["neimark_sacker"]
 
 
+def test_times_go_on_where_they_pass_a_drive_period():
+    """The time of the impact, told within one period, jumps there; the branch does not."""
+    found, jumps = branch(0.05, 1.725, 1.805), 1.729
+    below, above = (found.at(drive_frequency=jumps + x)[0] for x in (-5e-4, 5e-4))
+    assert below.nodes[0, -1] - above.nodes[0, -1] > 3.6
+    proof = vi.prove(found, within=(jumps - 5e-4, jumps + 5e-4))
+    assert len(proof.certificate["pieces"][0]["tubes"]) < 20
+    assert not proof.uncovered
+
+
 def test_a_branch_of_a_structure():
     proof = gap_proof()
     (stretch,) = proof.stretches

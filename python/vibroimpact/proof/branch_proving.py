@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -57,12 +58,7 @@ def proved_branch(
     for parts in _joined(branch, within):
         motion = parts[0].motion(0)
         legs = place if isinstance(place, str) else _legs(parts[0])
-        rows = [
-            [*nodes_of(part.motion(k)).ravel(), value]
-            for part in parts
-            for k, value in enumerate(part.values.tolist())
-        ]
-        for points in _visits(np.array(rows), within):
+        for points in _visits(_points(parts), within):
             posed = _posed(motion)
             pieces.append(posed)
             if isinstance(legs, str):
@@ -204,6 +200,21 @@ def _goes_on(before: Piece, piece: Piece) -> bool:
 def _legs(piece: Piece) -> list[list[Any]] | str:
     """The legs of a piece; at its ends there may be no direction of slip."""
     return legs_of(piece.motion(len(piece.values) // 2), free=True)
+
+
+def _points(parts: Sequence[Piece]) -> Array:
+    """Nodes and values along pieces; their times do not jump where they pass a drive period."""
+    rows: list[Array] = []
+    for part in parts:
+        for k, value in enumerate(part.values.tolist()):
+            motion = part.motion(k)
+            nodes = nodes_of(motion)
+            if rows:
+                period = motion.system.drive_period
+                last = rows[-1][nodes.shape[1] - 1]
+                nodes[:, -1] += period * round((last - nodes[0, -1]) / period)
+            rows.append(np.array([*nodes.ravel(), value]))
+    return np.array(rows)
 
 
 def _visits(points: Array, within: tuple[float, float]) -> list[Array]:
