@@ -21,10 +21,10 @@ pub mod structure;
 pub(crate) mod tolerances;
 
 pub(crate) use contact::{
-    free_gap_acceleration, least_in_slide, on_contact, slide, slip_from_rest,
+    free_gap_acceleration, least_in_slide, on_contact, slide, slip_from_rest, stick_end,
 };
 pub(crate) use flight::fly;
-pub(crate) use leg::{LegDetails, LegOutcome, mode, to_event, traverse};
+pub(crate) use leg::{LegDetails, LegOutcome, mode, slide_to_end, to_event, traverse};
 pub(crate) use strike::{
     Columns, Departure, Derivative, ImpactPoint, Numbers, Rates, Strike, flown, scaled,
 };
@@ -43,6 +43,7 @@ use smallvec::SmallVec;
 use crate::flight::{FreeMotion, Trig};
 use crate::model::angle::Angle;
 use crate::model::parameters::{Parameters, System};
+use crate::model::restitution::RestitutionCurve;
 use crate::model::state::{Clock, State};
 use crate::numerics::dual::{self, Number};
 
@@ -53,15 +54,15 @@ pub(crate) const END: usize = 4;
 /// Directions of the parameters.
 pub(crate) const FREE: usize = 5;
 
-pub(crate) type Dual = dual::Dual<DIRECTIONS>;
+pub(crate) type Dual<const N: usize = DIRECTIONS> = dual::Dual<N>;
 
 /// A system with the derivatives of its parameters.
-pub(crate) struct Model {
+pub(crate) struct Model<const N: usize = DIRECTIONS> {
     pub system: System,
     pub motion: FreeMotion,
-    pub parameters: Parameters<Dual>,
+    pub parameters: Parameters<Dual<N>>,
     /// 2 pi/omega.
-    pub period: Dual,
+    pub period: Dual<N>,
     /// Body 2 is a wall at rest: left out.
     pub wall_at_rest: bool,
     /// Of pendulum and oscillator, whose equations vary.
@@ -72,32 +73,32 @@ pub(crate) struct Model {
 
 /// State of both bodies, with derivatives.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct DualState {
-    pub x1: Dual,
-    pub v1: Dual,
-    pub x2: Dual,
-    pub v2: Dual,
+pub(crate) struct DualState<const N: usize = DIRECTIONS> {
+    pub x1: Dual<N>,
+    pub v1: Dual<N>,
+    pub x2: Dual<N>,
+    pub v2: Dual<N>,
 }
 
 /// An instant: completed drive periods, and the time since.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Moment {
+pub(crate) struct Moment<const N: usize = DIRECTIONS> {
     pub period: i64,
-    pub time: Dual,
+    pub time: Dual<N>,
 }
 
-impl DualState {
+impl<const N: usize> DualState<N> {
     pub fn value(&self) -> State {
         State { x1: self.x1.value, v1: self.v1.value, x2: self.x2.value, v2: self.v2.value }
     }
 }
 
-impl Moment {
+impl<const N: usize> Moment<N> {
     pub fn clock(&self) -> Clock {
         Clock::new(self.period, self.time.value)
     }
 
-    pub fn later(self, by: Dual) -> Self {
+    pub fn later(self, by: Dual<N>) -> Self {
         Self { time: self.time + by, ..self }
     }
 }
@@ -105,20 +106,32 @@ impl Moment {
 impl Model {
     /// With derivatives in the directions `FREE`, `FREE + 1` for the parameters named.
     pub fn new(system: &System, free: &[String], wall_at_rest: bool) -> Self {
-        let parameters =
-            system.parameters(|name, value| match free.iter().position(|wanted| wanted == name) {
-                Some(i) => Dual::variable(value, FREE + i),
-                None => Dual::constant(value),
-            });
+        let of = |name: &str| free.iter().position(|wanted| wanted == name).map(|i| FREE + i);
+        Self::by(system, of, wall_at_rest)
+    }
+}
+
+impl<const N: usize> Model<N> {
+    /// With derivatives by each parameter in its direction, if it has one.
+    pub fn by(
+        system: &System,
+        direction: impl Fn(&str) -> Option<usize>,
+        wall_at_rest: bool,
+    ) -> Self {
+        let parameters = system.parameters(|name, value| match direction(name) {
+            Some(i) => Dual::variable(value, i),
+            None => Dual::constant(value),
+        });
         let motion = FreeMotion::new(system);
         let period = motion.drive.period.value();
         let omega = parameters.drive_frequency;
         // Of a drive that stands still no periods are counted.
         let rate = if motion.drive.has_period() { -period / omega.value } else { 0.0 };
         let period = Dual::chain(period, [(rate, omega)]);
-        let of_curve = free.iter().zip(FREE..).filter_map(|(name, direction)| {
+        let names = system.restitution_curve().map_or_else(Vec::new, RestitutionCurve::names);
+        let of_curve = names.iter().filter_map(|name| {
             let place = system.coefficient().place_of(name)?;
-            Some((place, direction))
+            Some((place, direction(name)?))
         });
         let of_curve = of_curve.collect();
         let bodies = [parameters.pendulum(), parameters.oscillator()];
@@ -128,22 +141,22 @@ impl Model {
     }
 
     /// Sine and cosine of x1; 0 and 1 in direct contact.
-    pub fn angle(&self, x1: Dual) -> Angle<Dual> {
+    pub fn angle(&self, x1: Dual<N>) -> Angle<Dual<N>> {
         self.parameters.contact.angle(x1)
     }
 
     /// Position of the tip along the normal.
-    fn tip(&self, x1: Dual) -> Dual {
+    fn tip(&self, x1: Dual<N>) -> Dual<N> {
         self.parameters.contact.tip(x1, self.angle(x1))
     }
 
     /// g.
-    pub fn gap(&self, state: &DualState) -> Dual {
+    pub fn gap(&self, state: &DualState<N>) -> Dual<N> {
         self.tip(state.x1) - state.x2 - self.parameters.gap
     }
 
     /// r of an impact at the approach velocity u.
-    pub fn restitution(&self, u: Dual) -> Dual {
+    pub fn restitution(&self, u: Dual<N>) -> Dual<N> {
         let Some(curve) = self.system.restitution_curve() else {
             return self.parameters.restitution;
         };
@@ -156,17 +169,17 @@ impl Model {
     }
 
     /// x2 of a wall at rest: its equilibrium under the constant force.
-    pub fn wall_place(&self) -> Dual {
+    pub fn wall_place(&self) -> Dual<N> {
         self.parameters.static_force
     }
 
     /// x2 on the contact.
-    pub fn contact_place(&self, x1: Dual) -> Dual {
+    pub fn contact_place(&self, x1: Dual<N>) -> Dual<N> {
         if self.wall_at_rest { self.wall_place() } else { self.tip(x1) - self.parameters.gap }
     }
 
     /// u = g'.
-    pub fn approach_velocity(&self, state: &DualState) -> Dual {
+    pub fn approach_velocity(&self, state: &DualState<N>) -> Dual<N> {
         self.angle(state.x1).gap_rate(state.v1, state.v2)
     }
 
@@ -181,27 +194,31 @@ impl Model {
     }
 
     /// Cosine and sine of the forcing phase, and the phase as an angle.
-    pub fn phase(&self, moment: &Moment) -> (Trig, Dual) {
+    pub fn phase(&self, moment: &Moment<N>) -> (Trig, Dual<N>) {
         let trig = self.trig(moment.clock());
         let angle = self.parameters.drive_frequency * moment.time + self.parameters.phase;
         (trig, angle)
     }
 
     /// cos psi and sin psi, with derivatives.
-    pub fn load(&self, moment: &Moment) -> (Dual, Dual) {
+    pub fn load(&self, moment: &Moment<N>) -> (Dual<N>, Dual<N>) {
         let (trig, angle) = self.phase(moment);
         (Dual::chain(trig.cos, [(-trig.sin, angle)]), Dual::chain(trig.sin, [(trig.cos, angle)]))
     }
 
     /// Time between two instants.
-    pub fn elapsed(&self, from: &Moment, to: &Moment) -> Dual {
+    pub fn elapsed(&self, from: &Moment<N>, to: &Moment<N>) -> Dual<N> {
         let value = self.motion.drive.until(from.clock(), to.clock()).value();
         let whole = (to.period - from.period) as f64;
         Dual::chain(value, [(1.0, to.time), (-1.0, from.time), (whole, self.period)])
     }
 
     /// Free accelerations of both bodies.
-    pub fn free_accelerations(&self, state: &DualState, moment: &Moment) -> (Dual, Dual) {
+    pub fn free_accelerations(
+        &self,
+        state: &DualState<N>,
+        moment: &Moment<N>,
+    ) -> (Dual<N>, Dual<N>) {
         let (cos_psi, _) = self.load(moment);
         (
             self.parameters.pendulum().acceleration(state.x1, state.v1, cos_psi),

@@ -97,6 +97,25 @@ impl System {
         })
     }
 
+    /// One step of a slide, and its series with derivatives, from x1 and x1' at a phase of the loads (its
+    /// cosine and sine).
+    pub(crate) fn slide_with_derivatives<T: Number>(
+        &self,
+        phase: Trig,
+        (parameters, load): (&Parameters<T>, (T, T)),
+        (x1, v1): (T, T),
+        mode: ContactMode,
+    ) -> (SlideStep, SlideSeries<T>) {
+        let Angle { sin, cos } = parameters.contact.angle(x1);
+        let (mass_ratio, friction) = (parameters.mass_ratio, parameters.friction);
+        // The side is the step's own.
+        let at = ContactCoordinates::at_tip((sin, cos), (v1, v1 * cos), mass_ratio, friction, 1.0);
+        let now = self.contact_instant(phase, &self.on_contact(x1.value(), v1.value()));
+        SlideStep::with_derivatives(&now, mode, (&at, x1), |unit| {
+            TipSlide::new(parameters, load, unit, x1)
+        })
+    }
+
     /// What the bodies do from a state on the contact with g' = 0, under the forcing `phase`.
     pub(crate) fn land(&self, phase: Trig, state: &State) -> Next {
         self.contact_instant(phase, state).land(|mode| match mode {
@@ -211,19 +230,4 @@ impl<T: Number> Sliding<T> for TipSlide<'_, T> {
             scale: sin[n],
         }
     }
-}
-
-/// A step of a slide with derivatives, from x1 and x1' at a phase of the loads (its cosine and
-/// sine).
-pub(crate) fn slide_with_derivatives<T: Number>(
-    step: &SlideStep,
-    parameters: &Parameters<T>,
-    phase: (T, T),
-    (x1, v1): (T, T),
-) -> SlideSeries<T> {
-    let Angle { sin, cos } = parameters.contact.angle(x1);
-    let (mass_ratio, friction) = (parameters.mass_ratio, parameters.friction);
-    // The side is the step's own.
-    let at = ContactCoordinates::at_tip((sin, cos), (v1, v1 * cos), mass_ratio, friction, 1.0);
-    step.with_derivatives(|unit| TipSlide::new(parameters, phase, unit, x1), &at, x1)
 }

@@ -89,6 +89,17 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
     progress: Option<&Progress>,
     work: impl FnOnce(&CancelToken) -> Result<T, E> + Send,
 ) -> PyResult<(T, bool)> {
+    interruptible_if(py, true, progress, work)
+}
+
+/// The same of work that may be known to be done before anyone would look for Ctrl-C, which is then left
+/// to what comes after it.
+pub(super) fn interruptible_if<T: Send, E: Into<PyErr> + Send>(
+    py: Python<'_>,
+    is_long: bool,
+    progress: Option<&Progress>,
+    work: impl FnOnce(&CancelToken) -> Result<T, E> + Send,
+) -> PyResult<(T, bool)> {
     let heeded = HEEDED.with_borrow(Clone::clone);
     let token =
         heeded.as_ref().map_or_else(|| CancelToken::after(ASKS.load(Relaxed)), CancelToken::part);
@@ -103,7 +114,7 @@ pub(super) fn interruptible<T: Send, E: Into<PyErr> + Send>(
     };
     let mut ended = false;
     let main = is_main_thread(py)?;
-    let result = if main || progress.is_some() {
+    let result = if (main && is_long) || progress.is_some() {
         py.detach(|| {
             beside(
                 || work(&token),

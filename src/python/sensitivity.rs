@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arrays;
-use super::cancel::interruptible;
+use super::cancel::{interruptible, interruptible_if};
 use super::errors::failed;
 use super::run::PyRun;
 use super::structure::rows;
@@ -107,6 +107,10 @@ impl PySensitivity {
     }
 }
 
+/// Events, once for each name, that take a few milliseconds: then a thread of its own costs more than it
+/// gains.
+const MOST_AT_ONCE: usize = 1 << 14;
+
 /// Derivatives of a run from this start by the numbers of these names.
 #[pyfunction]
 pub(super) fn sensitivity(
@@ -117,7 +121,9 @@ pub(super) fn sensitivity(
 ) -> PyResult<PySensitivity> {
     let [x1, v1, x2, v2] = initial;
     let initial = State { x1, v1, x2, v2 };
-    let (found, _) = interruptible(py, None, |cancel| {
+    let numbers = run.0.events.len().saturating_mul(names.len());
+    let is_long = numbers > MOST_AT_ONCE || run.0.kept_from() > 0.0;
+    let (found, _) = interruptible_if(py, is_long, None, |cancel| {
         crate::tangent::sensitivity(&run.0, initial, &names, cancel)
     })?;
     Ok(PySensitivity(found.of_any()))

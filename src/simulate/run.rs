@@ -14,6 +14,7 @@ mod recorded;
 mod structure;
 mod structure_audit;
 mod together;
+mod trace;
 
 pub use audit::EnergyAudit;
 pub use bounces::{Bounces, BouncesEnd};
@@ -27,6 +28,7 @@ pub use recorded::{Recorded, Row};
 pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
 pub use structure_audit::StructureAudit;
 pub(crate) use together::{Together, run_together};
+pub(crate) use trace::{Copies, Trace};
 
 use serde::{Deserialize, Serialize};
 
@@ -96,6 +98,9 @@ pub struct Run<M: Recorded = System> {
     /// Events in the window.
     #[serde(skip)]
     pub events: Vec<EventRecord>,
+    /// What is known of them beyond the tables.
+    #[serde(skip)]
+    pub(crate) trace: Trace,
     /// State at the end.
     pub final_state: FinalState<M::State, M::Mode>,
     /// Why the run ended.
@@ -191,9 +196,18 @@ impl<M: Recorded> Run<M> {
 impl<M: Recorded> Run<M> {
     /// Whether it has kept all events since a start apart, and between them the bodies fly.
     pub(crate) fn is_all_flights(&self) -> bool {
+        self.is_whole() && self.contacts.is_empty() && !self.skips_at_end()
+    }
+
+    /// Whether it has kept all events since a start apart.
+    pub(crate) fn is_whole(&self) -> bool {
         let apart = matches!(self.window_anchor.phase, Phase::Flight(FlightStart::Apart));
-        let whole = self.window == Clock::START && apart;
-        whole && self.contacts.is_empty() && !self.skips_at_end()
+        self.window == Clock::START && apart
+    }
+
+    /// Whether the trace is that of its events, of which the stop has none.
+    pub(crate) fn is_traced(&self) -> bool {
+        self.trace.residuals.len() + 1 == self.events.len()
     }
 }
 
@@ -239,6 +253,7 @@ impl Run {
             grazes: Vec::new(),
             contacts: Vec::new(),
             events: Vec::new(),
+            trace: Trace::default(),
             final_state,
             stop_reason: self.stop_reason,
             impact_count: self.impact_count,

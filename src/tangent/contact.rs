@@ -3,7 +3,6 @@
 
 use super::{Dual, DualState, Model, Moment};
 use crate::contact::sustained::{ContactMode, SlideEnd, SlideStep};
-use crate::contact::tip::slide_with_derivatives;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
 use crate::tangent::border::{Border, BorderValue, note_least};
@@ -12,24 +11,21 @@ use crate::tangent::tolerances::{MOST_SLIDE_STEPS, SLIDE_SAMPLES};
 use std::f64::consts::{PI, TAU};
 
 /// A slide in `mode` from `state`, for a time `s`: the state there.
-pub(crate) fn slide(
-    model: &Model,
-    state: &DualState,
+pub(crate) fn slide<const N: usize>(
+    model: &Model<N>,
+    state: &DualState<N>,
     mode: ContactMode,
-    moment: &Moment,
-    s: Dual,
-) -> Option<DualState> {
+    moment: &Moment<N>,
+    s: Dual<N>,
+) -> Option<DualState<N>> {
     let (mut x1, mut v1, mut at, mut left) = (state.x1, state.v1, *moment, s);
     for _ in 0..MOST_SLIDE_STEPS {
-        let values = model.system.on_contact(x1.value, v1.value);
-        let step = model.system.slide(model.motion.drive.trig_at(at.clock()), &values, mode);
-        let series = slide_with_derivatives(&step, &model.parameters, model.load(&at), (x1, v1));
+        let phase = model.motion.drive.trig_at(at.clock());
+        let parameters = (&model.parameters, model.load(&at));
+        let (step, series) = model.system.slide_with_derivatives(phase, parameters, (x1, v1), mode);
         // The friction's side changes at sin x1 = 0, where friction vanishes: no jump in the
         // equation, none in the derivatives.
-        let length = match step.end() {
-            (time, SlideEnd::Side) => time,
-            _ => step.length(),
-        };
+        let length = step.on_one_side();
         if left.value <= length {
             let (x1, v1) = series.at(left);
             return Some(on_contact(model, x1, v1));
@@ -121,13 +117,21 @@ fn minimum(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
 }
 
 /// The state on the contact with this x1 and x1'.
-pub(crate) fn on_contact(model: &Model, x1: Dual, v1: Dual) -> DualState {
+pub(crate) fn on_contact<const N: usize>(
+    model: &Model<N>,
+    x1: Dual<N>,
+    v1: Dual<N>,
+) -> DualState<N> {
     let v2 = if model.wall_at_rest { Dual::constant(0.0) } else { v1 * model.angle(x1).cos };
     DualState { x1, v1, x2: model.contact_place(x1), v2 }
 }
 
 /// g'' of the free motion, which a contact force has to take away.
-pub(crate) fn free_gap_acceleration(model: &Model, state: &DualState, moment: &Moment) -> Dual {
+pub(crate) fn free_gap_acceleration<const N: usize>(
+    model: &Model<N>,
+    state: &DualState<N>,
+    moment: &Moment<N>,
+) -> Dual<N> {
     let (a1, a2) = model.free_accelerations(state, moment);
     let a2 = if model.wall_at_rest { Dual::constant(0.0) } else { a2 };
     model.angle(state.x1).gap_acceleration(state.v1, (a1, a2))
@@ -148,7 +152,7 @@ pub(crate) fn stick_condition(
     how: StickEnd,
 ) -> StickCondition {
     let limits = stick_limits(model, state, end);
-    let ends = limits.iter().find(|limit| limit.0 == how).or(limits.first()).map(|limit| limit.2);
+    let ends = ending(&limits, how);
     let first = stick_limits(model, state, start);
     let mut others: Vec<BorderValue> = limits
         .iter()
@@ -170,7 +174,23 @@ pub(crate) fn stick_condition(
             }
         }
     }
-    StickCondition { ends: ends.unwrap_or(Dual::constant(f64::NAN)), others }
+    StickCondition { ends, others }
+}
+
+/// What ends a stick at this instant.
+pub(crate) fn stick_end<const N: usize>(
+    model: &Model<N>,
+    state: &DualState<N>,
+    end: &Moment<N>,
+    how: StickEnd,
+) -> Dual<N> {
+    ending(&stick_limits(model, state, end), how)
+}
+
+/// The one of these limits that ends a stick so.
+fn ending<const N: usize>(limits: &[(StickEnd, Border, Dual<N>)], how: StickEnd) -> Dual<N> {
+    let found = limits.iter().find(|limit| limit.0 == how).or(limits.first());
+    found.map_or(Dual::constant(f64::NAN), |limit| limit.2)
 }
 
 /// What is positive where a tip at rest begins to slide in `mode`; `None` where stick has no cone.
@@ -186,11 +206,11 @@ pub(crate) fn slip_from_rest(
 }
 
 /// What must stay positive in stick, by how it would end.
-fn stick_limits(
-    model: &Model,
-    state: &DualState,
-    moment: &Moment,
-) -> Vec<(StickEnd, Border, Dual)> {
+fn stick_limits<const N: usize>(
+    model: &Model<N>,
+    state: &DualState<N>,
+    moment: &Moment<N>,
+) -> Vec<(StickEnd, Border, Dual<N>)> {
     let angle = model.angle(state.x1);
     let accelerations = model.free_accelerations(state, moment);
     let (velocities, side) = ((state.v1, state.v2), 1f64.copysign(angle.sin.value));

@@ -8,7 +8,7 @@
 //! omega: -f s sin psi.
 //! ```
 //!
-//! The first three are flights from rest under another load, in closed form ([`Loads`]). The sources
+//! The first three are flights from rest under another load, in closed form (flight.rs). The sources
 //! of the others are flights themselves. With z = (x, x', 1, cos psi, sin psi), over any time the motion
 //! grows by C z and a derivative d = (dx, dx') by X d + L z, where X are the first two columns of C;
 //! over twice the time by
@@ -22,11 +22,16 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
+mod response;
+
+pub(super) use response::Flown;
+
 use std::sync::OnceLock;
 
+use response::Response;
 use smallvec::SmallVec;
 
-use crate::flight::{Drive, Oscillator, Trig, Turn};
+use crate::flight::{Drive, Oscillator, Trig};
 use crate::model::oblique::Body;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
@@ -34,35 +39,6 @@ use crate::tangent::tolerances::{LEAST_TERM, LONGEST_SERIES, LONGEST_STEP, MOST_
 
 /// Displacement and rate.
 pub(super) type Pair = [f64; 2];
-
-/// One body under a drive of amplitude 1, and under a constant load of 1.
-#[derive(Debug, Clone)]
-pub(super) struct Loads {
-    drive: Oscillator,
-    constant: Oscillator,
-}
-
-impl Loads {
-    /// Of a body driven at `omega`, for local flights of at most `span`.
-    pub fn new(body: &Body<f64>, omega: f64, span: f64) -> Self {
-        let under = |amplitude: f64, constant: f64| {
-            Oscillator::new(&Body { amplitude, constant, ..*body }, omega, span)
-        };
-        Self { drive: under(1.0, 0.0), constant: under(0.0, 1.0) }
-    }
-
-    /// The motion from rest under the drive, after the time of this turn.
-    pub fn driven(&self, elapsed: DoubleDouble, turn: &Turn) -> Pair {
-        let rest = self.drive.flight(0.0, 0.0, turn.start);
-        self.drive.after(&rest, 0.0, elapsed, turn).into()
-    }
-
-    /// The motion from rest under the constant load.
-    pub fn loaded(&self, elapsed: DoubleDouble) -> Pair {
-        let rest = self.constant.flight(0.0, 0.0, Trig::ONE);
-        self.constant.after(&rest, 0.0, elapsed, &Turn::STILL).into()
-    }
-}
 
 /// Derivatives of displacement and rate after a time by the phase of the drive at the start.
 pub(super) fn by_phase(
@@ -153,6 +129,8 @@ pub(super) struct Steps {
     omega: f64,
     /// What is asked for; with the frequency of the drive its phase, too.
     wanted: SmallVec<[Coefficient; COEFFICIENTS]>,
+    /// Where it tells all of that.
+    response: Option<Response>,
     /// Length of the shortest steps, a power of two, and the fastest rate.
     length: f64,
     fastest: f64,
@@ -200,10 +178,12 @@ impl Steps {
         // Where nothing turns or decays the series are finite, in any unit.
         let length =
             if fastest > 0.0 { (LONGEST_SERIES / fastest).log2().floor().exp2() } else { 1.0 };
+        let wanted: SmallVec<_> = ALL.into_iter().filter(is_wanted).collect();
         Self {
             body: *body,
             omega,
-            wanted: ALL.into_iter().filter(is_wanted).collect(),
+            response: Response::new(body, omega, fastest, &wanted),
+            wanted,
             length,
             fastest,
             series: OnceLock::new(),
@@ -215,6 +195,18 @@ impl Steps {
     #[inline(always)]
     pub fn is_idle(&self) -> bool {
         self.wanted.is_empty()
+    }
+
+    /// As [`Self::after`], of a flight whose ends are known.
+    #[inline(always)]
+    pub fn between(&self, start: (f64, f64), flown: &Flown) -> Option<ByEquation> {
+        // No closures: they would not be compiled for what calls this.
+        if let Some(response) = &self.response
+            && let Some(told) = response.after(&self.wanted, flown)
+        {
+            return Some(told);
+        }
+        self.after(start, flown.start, flown.time)
     }
 
     /// Derivatives after `time` of a flight from displacement and rate, at this phase of the drive; `None`

@@ -7,7 +7,7 @@
 use pulp::NullaryFnOnce;
 use smallvec::SmallVec;
 
-use super::equation::{ByEquation, Coefficient, Loads, Steps, by_phase};
+use super::equation::{ByEquation, Coefficient, Pair, Steps, by_phase};
 use super::{Dual, DualState, Model, Moment};
 use crate::flight::{Oscillator, Trig, Turn};
 use crate::model::oblique::Body;
@@ -113,7 +113,7 @@ impl NullaryFnOnce for Equation<'_> {
 }
 
 /// What legs need of a body's equation where its numbers carry these derivatives.
-pub(super) fn steps(body: &Body<Dual>, omega: Dual) -> Steps {
+pub(super) fn steps<const N: usize>(body: &Body<Dual<N>>, omega: Dual<N>) -> Steps {
     let driven = body.amplitude.value != 0.0 && !omega.is_constant();
     let all = [
         (Coefficient::Natural, !body.natural.is_constant()),
@@ -125,12 +125,41 @@ pub(super) fn steps(body: &Body<Dual>, omega: Dual) -> Steps {
     Steps::new(&values(body), omega.value, &wanted)
 }
 
-fn values(body: &Body<Dual>) -> Body<f64> {
+fn values<const N: usize>(body: &Body<Dual<N>>) -> Body<f64> {
     let &Body { natural, damping, amplitude, constant } = body;
     Body {
         natural: natural.value,
         damping: damping.value,
         amplitude: amplitude.value,
         constant: constant.value,
+    }
+}
+
+/// One body under a drive of amplitude 1, and under a constant load of 1.
+#[derive(Debug, Clone)]
+struct Loads {
+    drive: Oscillator,
+    constant: Oscillator,
+}
+
+impl Loads {
+    /// Of a body driven at `omega`, for local flights of at most `span`.
+    fn new(body: &Body<f64>, omega: f64, span: f64) -> Self {
+        let under = |amplitude: f64, constant: f64| {
+            Oscillator::new(&Body { amplitude, constant, ..*body }, omega, span)
+        };
+        Self { drive: under(1.0, 0.0), constant: under(0.0, 1.0) }
+    }
+
+    /// The motion from rest under the drive, after the time of this turn.
+    fn driven(&self, elapsed: DoubleDouble, turn: &Turn) -> Pair {
+        let rest = self.drive.flight(0.0, 0.0, turn.start);
+        self.drive.after(&rest, 0.0, elapsed, turn).into()
+    }
+
+    /// The motion from rest under the constant load.
+    fn loaded(&self, elapsed: DoubleDouble) -> Pair {
+        let rest = self.constant.flight(0.0, 0.0, Trig::ONE);
+        self.constant.after(&rest, 0.0, elapsed, &Turn::STILL).into()
     }
 }

@@ -69,18 +69,11 @@ pub(crate) fn traverse(
             }
         }
         Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
-            let state = slide(model, start, mode(positive), from, s)?;
-            let force = free_gap_acceleration(model, &state, end);
-            let (v, condition) = match leg {
-                Leg::SlideToRelease(_) => ([state.v1, state.v2], force),
-                _ => ([stop, stop], state.v1),
-            };
-            LegOutcome {
-                image: [state.x1, v[0], v[1]],
-                condition,
-                pre: state.value(),
-                details: LegDetails::Slide(state, force),
-            }
+            let stops = matches!(leg, Leg::SlideToStop(_));
+            let Slid { state, force, image, condition } =
+                slide_to_end(model, (start, from), end, (positive, stops))?;
+            let details = LegDetails::Slide(state, force);
+            LegOutcome { image, condition, pre: state.value(), details }
         }
         Leg::Stick(how) => {
             let condition = stick_condition(model, start, (from, end), how);
@@ -101,6 +94,31 @@ pub(crate) fn traverse(
             }
         }
     })
+}
+
+/// The end of a slide.
+pub(crate) struct Slid<const N: usize> {
+    /// Just before the event, with the free gap acceleration, which the contact force takes away.
+    state: DualState<N>,
+    force: Dual<N>,
+    /// As of any leg.
+    pub image: [Dual<N>; 3],
+    pub condition: Dual<N>,
+}
+
+/// Follows a slide, which stops at `end` or is released there; `None` where it cannot be followed.
+pub(crate) fn slide_to_end<const N: usize>(
+    model: &Model<N>,
+    (start, from): (&DualState<N>, &Moment<N>),
+    end: &Moment<N>,
+    (positive, stops): (bool, bool),
+) -> Option<Slid<N>> {
+    let state = slide(model, start, mode(positive), from, model.elapsed(from, end))?;
+    let force = free_gap_acceleration(model, &state, end);
+    let stop = Dual::constant(0.0);
+    let ([v1, v2], condition) =
+        if stops { ([stop, stop], state.v1) } else { ([state.v1, state.v2], force) };
+    Some(Slid { state, force, image: [state.x1, v1, v2], condition })
 }
 
 /// The contact mode of a slide.

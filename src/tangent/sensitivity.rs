@@ -11,7 +11,10 @@ mod columns;
 mod contact;
 mod error;
 mod follow;
+mod legs;
 mod marks;
+mod models;
+mod repeats;
 mod source;
 mod structure;
 mod structure_cycles;
@@ -25,15 +28,16 @@ pub use structure_legs::StructureLegs;
 
 use by::By;
 use columns::Differentiated;
-use follow::{Follower, KeptLegs, append};
+use follow::{Follower, append};
+use legs::KeptLegs;
 use source::{Kept, Source};
 
 use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::Simulation;
 use crate::simulate::event::ImpactRecord;
-use crate::simulate::run::Run;
+use crate::simulate::run::{Run, RunError};
+use crate::simulate::{self, Simulation};
 use crate::tangent::tolerances::SAME_TIME;
 
 /// What tells derivatives at any time.
@@ -185,21 +189,32 @@ pub fn sensitivity(
     let sections = (run.first_section..last, options.section_phase);
     let impacts = run.impacts.len();
     let mut follower = Follower::new(&of, initial, (run.window, end), sections, impacts);
-    let source = if run.is_all_flights() {
-        let kept = Kept::new(run, follower.section_offset, cancel);
+    let again;
+    let traced = if !run.is_whole() {
+        None
+    } else if run.is_traced() {
+        Some(run)
+    } else {
+        // One that was read from a file.
+        again = run_again(run, initial, cancel);
+        again.as_ref()
+    };
+    let source = if let Some(traced) = traced {
+        let kept = Kept::new(traced, follower.section_offset, cancel);
         let (clock, state) = kept.first();
         if !follower.leads_to(clock, &state) {
             return Err(SensitivityError::OtherMotion { time: of.model.motion.drive.time(clock) });
         }
         Source::Kept(kept)
     } else {
-        let simulation = Simulation::new(&run.system, initial)?
+        let mut simulation = Simulation::new(&run.system, initial)?
             .until(options.horizon)
             .max_events(options.max_events)
             .chatter_tolerance(options.chatter_tolerance)
             .section_phase(options.section_phase)
             .cancel_with(cancel);
-        Source::Found(Box::new(simulation))
+        simulation.skips_repeats_until(0);
+        Source::Found(Box::new(simulation), None)
     };
     let last = follower.follow(source)?;
     let until = last.is_none().then_some(follower.reached());
@@ -232,6 +247,16 @@ pub fn sensitivity(
             span: (run.kept_from(), until.unwrap_or(run.final_state.time)),
         },
     })
+}
+
+/// The same run once more, if it has the same events.
+fn run_again(run: &Run, initial: State, cancel: &CancelToken) -> Option<Run> {
+    let again = match simulate::run::run(&run.system, initial, run.options, cancel) {
+        Ok(again) => again,
+        Err(RunError::Simulation { done, .. }) => *done,
+        Err(_) => return None,
+    };
+    (again.is_whole() && again.events.len() == run.events.len()).then_some(again)
 }
 
 /// A table without its first numbers.

@@ -29,6 +29,10 @@ pub const CONVERGED: f64 = 1e-9;
 /// chatter has an error of EPS/u in them, so that they converge to no more than its root.
 pub const CONVERGED_SLOPES: f64 = 1e-6;
 
+/// Differences of the last two orders, relative to 1 and the derivatives, up to which the impacts of a
+/// chatter are followed by those that the run skips.
+pub const SAME_SLOPES: f64 = 1e-12;
+
 /// Part of a local flight: what lasts no longer is no flight.
 pub const STILL_FLIGHT: f64 = 1e-6;
 
@@ -59,6 +63,15 @@ pub const LONGEST_SERIES: f64 = 0.5;
 
 /// Where these series end: the bound of a term, relative to the first one.
 pub const LEAST_TERM: f64 = 1e-21;
+
+/// Derivatives follow from the steady response of a body where w^2 - omega^2 + 2 i zeta w omega, or w^2, is
+/// at least this part of the fastest rate's square, in flights that turn something by at least this angle:
+/// elsewhere they would be small differences.
+pub const OFF_RESONANCE: f64 = 0.125;
+pub const SHORTEST_RESPONSE: f64 = 1.0;
+
+/// Derivatives below this are zero: of smaller ones digits would be lost, and much time.
+pub const LEAST_DERIVATIVE: f64 = 1e-280;
 
 /// Most of these steps in one flight: bodies so strongly overdamped that more are needed are given no
 /// derivatives by their equation.

@@ -133,6 +133,20 @@ impl<T: Number> SlideSeries<T> {
         Self { x, w, scale, free, inertia, k: k[0], unit }
     }
 
+    /// Without the derivatives.
+    fn values(&self) -> SlideSeries<f64> {
+        let values = |series: &Series<T>| series.map(Number::value);
+        SlideSeries {
+            x: values(&self.x),
+            w: values(&self.w),
+            scale: values(&self.scale),
+            free: values(&self.free),
+            inertia: values(&self.inertia),
+            k: self.k.value(),
+            unit: self.unit,
+        }
+    }
+
     /// x and w at local time s.
     pub fn at(&self, s: T) -> (T, T) {
         let unit = T::constant(self.unit);
@@ -149,9 +163,30 @@ impl SlideStep {
         start: f64,
         bodies: impl FnOnce(f64) -> S,
     ) -> Self {
+        let (unit, side) = Self::measures(now, mode);
+        let slip = mode.direction() * side;
+        let series = SlideSeries::new(bodies(unit), &now.contact.at, slip, unit, start);
+        Self::of(now, mode, side, series)
+    }
+
+    /// As [`Self::new`], with the series for numbers that carry derivatives; contact and displacement at
+    /// the start must have the values of `now`.
+    pub fn with_derivatives<T: Number, S: Sliding<T>>(
+        now: &ContactInstant,
+        mode: ContactMode,
+        (at, start): (&ContactCoordinates<T>, T),
+        bodies: impl FnOnce(f64) -> S,
+    ) -> (Self, SlideSeries<T>) {
+        let (unit, side) = Self::measures(now, mode);
+        let slip = mode.direction() * side;
+        let series = SlideSeries::new(bodies(unit), at, slip, unit, start);
+        (Self::of(now, mode, side, series.values()), series)
+    }
+
+    /// The unit of time of a step, and its side.
+    fn measures(now: &ContactInstant, mode: ContactMode) -> (f64, f64) {
         let (at, fastest) = (&now.contact.at, now.fastest);
         let unit = (-(fastest + now.turning).log2().ceil()).exp2();
-        let square_unit = unit * unit;
         let side = if at.friction == 0.0 {
             0.0
         } else if at.scale.abs() <= now.scale_noise {
@@ -162,8 +197,13 @@ impl SlideStep {
         } else {
             1f64.copysign(at.scale)
         };
-        let slip = mode.direction() * side;
-        let series = SlideSeries::new(bodies(unit), at, slip, unit, start);
+        (unit, side)
+    }
+
+    /// Of this series.
+    fn of(now: &ContactInstant, mode: ContactMode, side: f64, series: SlideSeries<f64>) -> Self {
+        let (at, fastest, unit) = (&now.contact.at, now.fastest, series.unit);
+        let square_unit = unit * unit;
         let (w, free, k, inertia) = (&series.w, &series.free, series.k, &series.inertia);
         let instant_noise = now.clock_noise / unit;
         let gap_noise = now.gap_noise * square_unit;
@@ -214,18 +254,6 @@ impl SlideStep {
         self.reach * self.series.unit
     }
 
-    /// This step with derivatives: `bodies` makes them in this step's unit of time; contact and
-    /// displacement at the start must have the values it was made with.
-    pub fn with_derivatives<T: Number, S: Sliding<T>>(
-        &self,
-        bodies: impl FnOnce(f64) -> S,
-        at: &ContactCoordinates<T>,
-        start: T,
-    ) -> SlideSeries<T> {
-        let (unit, slip) = (self.series.unit, self.mode.direction() * self.side);
-        SlideSeries::new(bodies(unit), at, slip, unit, start)
-    }
-
     /// x and w at local time s.
     pub fn at(&self, s: f64) -> (f64, f64) {
         self.series.at(s)
@@ -236,6 +264,16 @@ impl SlideStep {
         (1..=FORCED)
             .find(|&n| self.series.free[n].abs() * self.reach.powi(n as i32) > self.noise)
             .is_some_and(|n| self.series.free[n] < 0.0)
+    }
+
+    /// Local time up to which the step is on one side of h = 0.
+    pub fn on_one_side(&self) -> f64 {
+        let changes = || {
+            let towards = self.series.scale.map(|c| -self.side * c);
+            first_crossing(&towards[..=FORCED], self.reach, self.scale_noise)
+        };
+        let time = if self.side == 0.0 { None } else { changes() };
+        time.unwrap_or(self.reach) * self.series.unit
     }
 
     /// The first event of the step, and its local time.

@@ -190,7 +190,7 @@ impl<M: Recorded> Collection<M> {
         let end = self.end.unwrap_or_else(|| simulation.standstill());
         // A run that ends before its window has kept nothing: its window is its end.
         let window = if window > end.clock { end.clock } else { window };
-        let Kept { impacts, grazes, contacts, mut events, .. } = self.kept;
+        let Kept { impacts, grazes, contacts, mut events, trace } = self.kept;
         events.push(EventRecord {
             time: end.time,
             period: end.clock.period,
@@ -205,6 +205,7 @@ impl<M: Recorded> Collection<M> {
             grazes,
             contacts,
             events,
+            trace,
             final_state: FinalState {
                 state: end.state,
                 clock: end.clock,

@@ -1,6 +1,7 @@
 //! The events of the kept window, in their tables.
 
 use super::recorded::{self, Recorded, Row};
+use super::trace::Trace;
 use crate::flight::Drive;
 use crate::model::state::Clock;
 use crate::simulate::event::{EventKind, EventRecord};
@@ -11,8 +12,7 @@ pub(super) struct Kept<M: Recorded> {
     pub grazes: Vec<M::GrazeRow>,
     pub contacts: Vec<M::ContactRow>,
     pub events: Vec<EventRecord>,
-    /// What the clocks of the events hold beyond the tables.
-    residuals: Vec<f64>,
+    pub trace: Trace,
 }
 
 impl<M: Recorded> Kept<M> {
@@ -23,7 +23,7 @@ impl<M: Recorded> Kept<M> {
             grazes: Vec::new(),
             contacts: Vec::new(),
             events: Vec::with_capacity(expected),
-            residuals: Vec::with_capacity(expected),
+            trace: Trace { residuals: Vec::with_capacity(expected), ..Trace::default() },
         }
     }
 
@@ -39,15 +39,16 @@ impl<M: Recorded> Kept<M> {
             recorded::Kept::Nothing => return,
         };
         self.events.push(EventRecord { time, period: clock.period, kind: kind as i64, index });
-        self.residuals.push(clock.residual);
+        self.trace.residuals.push(clock.residual);
     }
 
     /// The last so many events again, so many drive periods later.
     pub fn repeat(&mut self, events: usize, periods: i64, drive: &Drive) {
         debug_assert!(events <= self.events.len(), "{events} of {}", self.events.len());
         let from = self.events.len().saturating_sub(events);
+        self.trace.copied(events, periods);
         for place in from..self.events.len() {
-            let (event, residual) = (self.events[place], self.residuals[place]);
+            let (event, residual) = (self.events[place], self.trace.residuals[place]);
             let (period, row) = (event.period + periods, event.index.unsigned_abs() as usize);
             let at = |time_in_period: f64| drive.time(Clock { period, time_in_period, residual });
             let (time, index) = if event.kind == EventKind::Impact as i64 {
@@ -58,7 +59,7 @@ impl<M: Recorded> Kept<M> {
                 repeated(&mut self.contacts, row, period, at)
             };
             self.events.push(EventRecord { time, period, index, ..event });
-            self.residuals.push(residual);
+            self.trace.residuals.push(residual);
         }
     }
 }

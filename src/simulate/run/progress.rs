@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::recorded::Recorded;
+use super::trace::Trace;
 use super::{FinalState, Run, RunOptions};
 use crate::model::state::Clock;
 use crate::simulate::event::{EventRecord, StopReason};
@@ -59,6 +60,7 @@ impl<M: Recorded> Run<M> {
             grazes,
             contacts,
             events,
+            trace: Trace::default(),
             final_state: progress.final_state,
             stop_reason: progress.stop_reason,
             impact_count: progress.impact_count,

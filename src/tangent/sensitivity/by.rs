@@ -4,7 +4,11 @@ use smallvec::SmallVec;
 
 use crate::model::error::ParameterError;
 use crate::model::parameters::{Contact, System};
-use crate::tangent::equation::Coefficient;
+use crate::model::state::Clock;
+use crate::tangent::equation::{ByEquation, Coefficient};
+
+/// What a flight adds to the derivatives of both bodies.
+pub(super) type Added = [ByEquation; 2];
 
 /// A number that a run depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +77,46 @@ impl By {
             return Err(ParameterError::new("names", name, "friction only of oblique contact"));
         }
         Ok(by)
+    }
+
+    /// What a flight between two instants adds to the derivatives by one number, at a fixed time after its
+    /// start.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // compiled for several instruction sets
+    pub fn own(self, [pendulum, oscillator]: &Added, from: Clock) -> [f64; 4] {
+        let first = |of: Coefficient| {
+            let [x, v] = pendulum.of(of);
+            [x, v, 0.0, 0.0]
+        };
+        let second = |of: Coefficient| {
+            let [x, v] = oscillator.of(of);
+            [0.0, 0.0, v, x]
+        };
+        let both = |of: Coefficient| {
+            let ([x1, v1], [x2, v2]) = (pendulum.of(of), oscillator.of(of));
+            [x1, v1, v2, x2]
+        };
+        match self {
+            Self::FrequencyRatio => first(Coefficient::Natural),
+            Self::PendulumDamping => first(Coefficient::Damping),
+            Self::OscillatorDamping => second(Coefficient::Damping),
+            Self::MomentAmplitude => first(Coefficient::Amplitude),
+            Self::ForceAmplitude => second(Coefficient::Amplitude),
+            Self::StaticMoment => first(Coefficient::Constant),
+            Self::StaticForce => second(Coefficient::Constant),
+            Self::Phase => both(Coefficient::Phase),
+            Self::DriveFrequency => {
+                // The phase of a time within a period, and the drive in the flight.
+                let (ahead, turned) = (both(Coefficient::Phase), both(Coefficient::Omega));
+                std::array::from_fn(|i| from.time_in_period * ahead[i] + turned[i])
+            }
+            Self::MassRatio
+            | Self::Restitution
+            | Self::OfCurve(_)
+            | Self::Gap
+            | Self::Friction
+            | Self::Start(_) => [0.0; 4],
+        }
     }
 }
 

@@ -1,8 +1,9 @@
-//! Derivatives through complete chatter, whose impacts are followed hop by hop.
+//! Derivatives through complete chatter.
 //!
 //! As in the legs of itineraries (tangent/chatter.rs), time and state after the impacts are smooth
 //! functions of the separation velocity u; the limit at u = 0 is extrapolated for numbers that carry
-//! derivatives, some columns at a time.
+//! derivatives, some columns at a time. Its impacts are those of the run; of those that the run has
+//! skipped, hop by hop, only as many follow as it takes until derivatives have converged.
 
 use super::columns::{Columns, Differentiated, Here};
 use super::error::SensitivityError;
@@ -10,17 +11,18 @@ use crate::contact::tolerances::CHATTER_SPACING;
 use crate::impact::RegimeKind;
 use crate::model::parameters::Contact;
 use crate::model::state::{Clock, State};
-use crate::numerics::EPS;
-use crate::numerics::dual::Dual;
+use crate::numerics::dual::{Dual, Number};
 use crate::numerics::extrapolation::at_zero;
-use crate::simulate::event::Event;
+use crate::simulate::event::{Event, ImpactEvent};
 use crate::simulate::{Anchor, impacts_hop_by_hop};
-use crate::tangent::tolerances::{CONVERGED, LOWEST_REVERSING, MOST_EXTRAPOLATED};
+use crate::tangent::itinerary::Leg;
+use crate::tangent::tolerances::{CONVERGED, LOWEST_REVERSING, MOST_EXTRAPOLATED, SAME_SLOPES};
 
 /// Columns that are extrapolated together.
 const AT_ONCE: usize = 4;
 
 /// A state after an impact, with u there and the time since the start.
+#[derive(Clone)]
 struct Sample {
     u: f64,
     time: f64,
@@ -33,112 +35,180 @@ impl Sample {
     }
 }
 
+/// What impacts of one chatter are alike in: regime, direction of slip, formula for r.
+type Formula = (RegimeKind, bool, usize);
+
+/// Low impacts that may lead into chatter.
+pub(super) struct Bounces {
+    /// Before the first of them.
+    pub start: Here,
+    samples: Vec<Sample>,
+    formula: Option<Formula>,
+    /// Whether slip has reversed in one of them.
+    reverses: bool,
+}
+
+/// An extrapolation: the limit of the columns, and how much it and that of time and state differ from
+/// those of one order less.
+struct Limit {
+    columns: Columns,
+    off: f64,
+    values_off: f64,
+}
+
+impl Bounces {
+    /// From the last impact before them.
+    pub fn new(start: &Here) -> Self {
+        Self { start: start.clone(), samples: Vec::new(), formula: None, reverses: false }
+    }
+
+    /// Takes the next impact, which leads here; whether it is a sample.
+    pub fn take(&mut self, of: &Differentiated, impact: &ImpactEvent, here: &Here) -> bool {
+        let kind = impact.impact.regime.kind();
+        self.reverses |=
+            matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution);
+        let direction = impact.pre.v1.is_sign_negative();
+        let piece = of.system.coefficient().piece(impact.impact.approach_velocity);
+        let formula = (kind, direction, piece);
+        if self.formula.replace(formula) != Some(formula) {
+            // Only impacts in one regime, with one formula for r, are smooth functions of u.
+            self.samples.clear();
+        }
+        let u = -impact.impact.separation_velocity;
+        let close = self.samples.last().is_some_and(|last| u > CHATTER_SPACING * last.u);
+        if close || u <= 0.0 {
+            return false;
+        }
+        let time = of.model.motion.drive.until(self.start.clock, here.clock).value();
+        self.samples.push(Sample { u, time, here: here.clone() });
+        true
+    }
+}
+
 impl Differentiated {
-    /// Derivatives of x1, x1', x2' and the time where the chatter that begins after an impact ends, at this
-    /// clock in this state; `None` where its impacts are no smooth functions of u.
-    pub fn accumulated(
+    /// Derivatives of x1, x1', x2' and the time where chatter ends, at this clock in this state, the last
+    /// of whose impacts in the run leads here.
+    pub fn chatter(
         &self,
-        start: &Here,
-        clock: Clock,
-        state: &State,
+        bounces: Bounces,
+        here: &Here,
+        (clock, state): (Clock, &State),
+    ) -> Result<Columns, SensitivityError> {
+        let start = bounces.start.clone();
+        if let Some(columns) = self.accumulated(bounces, here, (clock, state))? {
+            return Ok(columns);
+        }
+        Ok(self.passed(&start, (Leg::Chatter, None), (clock, state))?.0)
+    }
+
+    /// Derivatives of x1, x1', x2' and the time where chatter ends, at this clock in this state, from its
+    /// impacts, the last of which leads here; `None` where they are no smooth functions of u.
+    fn accumulated(
+        &self,
+        mut bounces: Bounces,
+        here: &Here,
+        (clock, state): (Clock, &State),
     ) -> Result<Option<Columns>, SensitivityError> {
-        let drive = &self.model.motion.drive;
-        let mut samples: Vec<Sample> = Vec::new();
-        let (mut here, mut regime) = (start.clone(), None);
-        // The least difference of two orders, and up to which sample.
-        let mut best: Option<(f64, usize)> = None;
-        let anchor = Anchor::after_impact(start.clock, start.state);
-        for event in impacts_hop_by_hop(&self.system, anchor, clock) {
-            let Event::Impact(impact) = event else { continue };
+        let mut best = self.limit(&bounces, clock, state);
+        let mut here = here.clone();
+        let anchor = Anchor::after_impact(here.clock, here.state);
+        // Those that the run has skipped, as far as they are needed.
+        let converged =
+            |best: &Option<Limit>| best.as_ref().is_some_and(|best| best.off <= SAME_SLOPES);
+        let mut skipped = impacts_hop_by_hop(&self.system, anchor, clock);
+        while !bounces.reverses && !converged(&best) {
+            let Some(Event::Impact(impact)) = skipped.next() else { break };
             self.strike(&mut here, &impact, impact.clock)?;
-            let kind = impact.impact.regime.kind();
-            if matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution) {
-                return Ok(None);
-            }
-            let direction = impact.pre.v1.is_sign_negative();
-            let approach = impact.impact.approach_velocity;
-            let piece = self.system.coefficient().piece(approach);
-            let formula = (kind, direction, piece);
-            if regime.replace(formula) != Some(formula) {
-                // Only impacts in one regime, with one formula for r, are smooth functions of u.
-                samples.clear();
+            let (formula, sampled) = (bounces.formula, bounces.take(self, &impact, &here));
+            if bounces.formula != formula {
                 best = None;
             }
-            let u = -impact.impact.separation_velocity;
-            if samples.last().is_some_and(|last| u > CHATTER_SPACING * last.u) || u <= 0.0 {
+            if !sampled {
                 continue;
             }
-            let time = drive.until(start.clock, here.clock).value();
-            samples.push(Sample { u, time, here: here.clone() });
-            if samples.len() < 4 {
-                continue;
+            if let Some(limit) = self.limit(&bounces, clock, state)
+                && best.as_ref().is_none_or(|best| limit.off < best.off)
+            {
+                best = Some(limit);
             }
-            let newest = newest(&samples);
-            let nodes: Vec<f64> = newest.iter().rev().map(|sample| sample.u).collect();
-            let through = |count: usize| {
-                let values: Vec<[f64; 3]> = newest.iter().rev().map(Sample::values).collect();
-                at_zero(&nodes[..count], values)
-            };
-            let (limit, lower) = (through(nodes.len()), through(nodes.len() - 1));
-            let off = limit.iter().zip(&lower).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            if best.is_none_or(|(least, _)| off < least) {
-                best = Some((off, samples.len()));
-            }
-            if off <= EPS || u <= LOWEST_REVERSING * LOWEST_REVERSING {
+            if -impact.impact.separation_velocity <= LOWEST_REVERSING * LOWEST_REVERSING {
                 break;
             }
         }
-        let Some((_, count)) = best.filter(|(off, _)| *off <= CONVERGED) else { return Ok(None) };
-        let stops = regime.is_some_and(|(kind, _, _)| kind.sticks());
-        Ok(Some(self.limit(newest(&samples[..count]), (start, clock), state, stops)))
+        let found = best.filter(|best| !bounces.reverses && best.values_off <= CONVERGED);
+        Ok(found.map(|limit| limit.columns))
     }
 
-    /// The derivatives of the limit through these samples.
-    fn limit(
+    /// The limit through the last samples; `None` while there are too few.
+    fn limit(&self, bounces: &Bounces, clock: Clock, state: &State) -> Option<Limit> {
+        let samples = newest(&bounces.samples);
+        if samples.len() < 4 {
+            return None;
+        }
+        let columns = Columns::with_capacity(self.by.len());
+        let mut limit = Limit { columns, off: 0.0, values_off: 0.0 };
+        for first in (0..self.by.len()).step_by(AT_ONCE) {
+            if self.by.len() == 1 {
+                self.extrapolate::<1>((bounces, samples), first, (clock, state), &mut limit);
+            } else {
+                self.extrapolate::<AT_ONCE>((bounces, samples), first, (clock, state), &mut limit);
+            }
+        }
+        Some(limit)
+    }
+
+    /// The same of N columns from this one on.
+    fn extrapolate<const N: usize>(
         &self,
-        samples: &[Sample],
-        (start, clock): (&Here, Clock),
-        state: &State,
-        stops: bool,
-    ) -> Columns {
+        (bounces, samples): (&Bounces, &[Sample]),
+        first: usize,
+        (clock, state): (Clock, &State),
+        limit: &mut Limit,
+    ) {
         let contact = self.system.contact;
         let oblique = contact == Contact::Oblique;
-        let mut columns = Columns::with_capacity(self.by.len());
-        for first in (0..self.by.len()).step_by(AT_ONCE) {
-            let count = AT_ONCE.min(self.by.len() - first);
-            let dual = |value: f64, slope: &dyn Fn(usize) -> f64| Dual::<AT_ONCE> {
-                value,
-                slope: std::array::from_fn(|j| if j < count { slope(first + j) } else { 0.0 }),
-            };
-            let (mut nodes, mut values) = (Vec::new(), Vec::new());
-            for sample in samples.iter().rev() {
-                let Here { state, clock, columns, .. } = &sample.here;
-                let angle = contact.angle(state.x1);
-                let turned = if oblique { angle.sin * state.v1 } else { 0.0 };
-                nodes.push(dual(sample.u, &|i| {
-                    let [x1, v1, v2, _] = columns[i];
-                    v2 - angle.cos * v1 + turned * x1
-                }));
-                let [time, x1, v1] = sample.values();
-                let since = |i: usize| columns[i][3] + self.later(self.by[i], start.clock, *clock);
-                values.push([
-                    dual(time, &since),
-                    dual(x1, &|i| columns[i][0]),
-                    dual(v1, &|i| columns[i][1]),
-                ]);
-            }
-            let [time, x1, v1] = at_zero(&nodes, values);
+        let start = bounces.start.clock;
+        let count = N.min(self.by.len() - first);
+        let dual = |value: f64, slope: &dyn Fn(usize) -> f64| Dual::<N> {
+            value,
+            slope: std::array::from_fn(|j| if j < count { slope(first + j) } else { 0.0 }),
+        };
+        let mut nodes = [Dual::<N>::constant(0.0); MOST_EXTRAPOLATED];
+        let mut values = [[Dual::<N>::constant(0.0); 3]; MOST_EXTRAPOLATED];
+        for ((node, values), sample) in nodes.iter_mut().zip(&mut values).zip(samples.iter().rev())
+        {
+            let Here { state, clock, columns, .. } = &sample.here;
             let angle = contact.angle(state.x1);
             let turned = if oblique { angle.sin * state.v1 } else { 0.0 };
-            columns.extend((0..count).map(|j| {
-                // A tip that stops in each impact is at rest in the limit.
-                let v1 = if stops { 0.0 } else { v1.slope[j] };
-                let x1 = x1.slope[j];
-                let delay = time.slope[j] - self.later(self.by[first + j], start.clock, clock);
-                [x1, v1, angle.cos * v1 - turned * x1, delay]
-            }));
+            *node = dual(sample.u, &|i| {
+                let [x1, v1, v2, _] = columns[i];
+                v2 - angle.cos * v1 + turned * x1
+            });
+            let [time, x1, v1] = sample.values();
+            let since = |i: usize| columns[i][3] + self.later(self.by[i], start, *clock);
+            *values =
+                [dual(time, &since), dual(x1, &|i| columns[i][0]), dual(v1, &|i| columns[i][1])];
         }
-        columns
+        let nodes = &nodes[..samples.len()];
+        let lower = at_zero(&nodes[..nodes.len() - 1], values);
+        let all = at_zero(nodes, values);
+        for (a, b) in all.iter().zip(&lower) {
+            limit.values_off = limit.values_off.max((a.value - b.value).abs());
+            for (a, b) in a.slope.iter().zip(&b.slope) {
+                limit.off = limit.off.max((a - b).abs() / (1.0 + a.abs()));
+            }
+        }
+        let [time, x1, v1] = all;
+        let stops = bounces.formula.is_some_and(|(kind, ..)| kind.sticks());
+        let angle = contact.angle(state.x1);
+        let turned = if oblique { angle.sin * state.v1 } else { 0.0 };
+        limit.columns.extend((0..count).map(|j| {
+            // A tip that stops in each impact is at rest in the limit.
+            let v1 = if stops { 0.0 } else { v1.slope[j] };
+            let x1 = x1.slope[j];
+            let delay = time.slope[j] - self.later(self.by[first + j], start, clock);
+            [x1, v1, angle.cos * v1 - turned * x1, delay]
+        }));
     }
 }
 

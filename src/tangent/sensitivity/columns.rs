@@ -6,11 +6,14 @@
 
 #![allow(clippy::inline_always)] // one of them for each impact of a motion that is followed
 
+use std::sync::Arc;
+
 use pulp::NullaryFnOnce;
 use smallvec::SmallVec;
 
-use super::by::{By, coefficients};
+use super::by::{Added, By, coefficients};
 use super::error::SensitivityError;
+use super::models::Models;
 use crate::flight::{FreeMotion, Trig};
 use crate::impact::{RegimeKind, resolve};
 use crate::model::angle::Angle;
@@ -21,15 +24,18 @@ use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::narrow;
 use crate::simulate::event::ImpactEvent;
 use crate::tangent::Model;
-use crate::tangent::equation::{ByEquation, Coefficient, Steps, by_phase};
+use crate::tangent::equation::{Flown, Steps, by_phase};
 use crate::tangent::itinerary::{Leg, Signs};
 use crate::tangent::strike::{Departure, ImpactPoint, Numbers, Rates};
-use crate::tangent::tolerances::SHORT_HOP;
+use crate::tangent::tolerances::{LEAST_DERIVATIVE, SHORT_HOP};
 
 /// Derivatives of one instant by one number.
 pub(super) type Column = [f64; 4];
 /// By all of them; by few without memory of their own.
 pub(super) type Columns = SmallVec<[Column; 4]>;
+
+/// The components of a state.
+const STATE: [By; 4] = [By::Start(0), By::Start(1), By::Start(2), By::Start(3)];
 
 /// A friction so small that it acts to first order.
 const FAINT: f64 = 1e-300;
@@ -37,13 +43,15 @@ const FAINT: f64 = 1e-300;
 /// A system, and what its runs are differentiated by.
 pub(super) struct Differentiated {
     pub system: System,
-    pub model: Model,
+    pub model: Arc<Model>,
     pub by: Vec<By>,
     pub names: Vec<String>,
     /// Of pendulum and oscillator.
-    steps: [Steps; 2],
+    steps: Arc<[Steps; 2]>,
     /// The fastest rate at which anything turns or decays.
     pub(super) fastest: f64,
+    /// What contact needs of the system.
+    pub(super) contact: Models,
 }
 
 /// The derivatives at one instant of a motion.
@@ -58,9 +66,6 @@ pub(super) struct Here {
     pub columns: Columns,
 }
 
-/// What a flight adds to the derivatives of both bodies.
-type Added = [ByEquation; 2];
-
 impl Differentiated {
     pub fn new(system: &System, by: Vec<By>, names: Vec<String>) -> Self {
         let model = Model::new(system, &[], false);
@@ -69,7 +74,28 @@ impl Differentiated {
         let steps = [0, 1].map(|i| Steps::new(&bodies[i], system.drive_frequency, &wanted[i]));
         let [pendulum, oscillator] = bodies.map(|body| body.fastest_rate());
         let fastest = system.drive_frequency.max(pendulum).max(oscillator);
-        Self { system: system.clone(), model, by, names, steps, fastest }
+        let (model, steps) = (Arc::new(model), Arc::new(steps));
+        let contact = Models::default();
+        Self { system: system.clone(), model, by, names, steps, fastest, contact }
+    }
+
+    /// The same, by the state at an event before all others.
+    pub fn with_basis(&self) -> Self {
+        Self {
+            system: self.system.clone(),
+            model: Arc::clone(&self.model),
+            by: STATE.into_iter().chain(self.by.iter().copied()).collect(),
+            names: STATE.iter().map(|_| String::new()).chain(self.names.iter().cloned()).collect(),
+            steps: Arc::clone(&self.steps),
+            fastest: self.fastest,
+            contact: Models::default(),
+        }
+    }
+
+    /// The columns of the basis, and no others yet.
+    pub fn basis(&self) -> Columns {
+        let unit = |i: usize| std::array::from_fn(|j| f64::from(u8::from(i == j)));
+        (0..self.by.len()).map(unit).collect()
     }
 
     /// d(2 pi/omega)/d omega; 0 of a drive that stands still, of which no periods are counted.
@@ -87,7 +113,10 @@ impl Differentiated {
     }
 
     /// After an event that leaves this state.
-    pub fn event(&self, columns: Columns, clock: Clock, state: State) -> Here {
+    pub fn event(&self, mut columns: Columns, clock: Clock, state: State) -> Here {
+        for column in &mut columns {
+            *column = column.map(counted);
+        }
         let departure = Departure::new(&self.model, &state, clock, true);
         Here { state, clock, trig: self.model.trig(clock), departure, columns }
     }
@@ -112,7 +141,7 @@ impl Differentiated {
             let state = known.copied().unwrap_or_else(|| self.state_at(here, clock));
             rates = self.rates(&state, clock);
         }
-        let columns = narrow(Flown { of: self, here, clock, rates: &rates })?;
+        let columns = narrow(Flight { of: self, here, clock, rates: &rates })?;
         let ([v1, v2], [a1, a2]) = (rates.velocities, rates.accelerations);
         Ok((columns, [v1, a1, a2, v2]))
     }
@@ -131,12 +160,17 @@ impl Differentiated {
     /// The derivatives of the state at a fixed instant of the flight from here, in which it has these
     /// rates.
     #[inline(always)]
-    fn flown(&self, here: &Here, clock: Clock, rates: &Rates) -> Result<Columns, SensitivityError> {
+    fn flown(
+        &self,
+        here: &Here,
+        (clock, trig): (Clock, Trig),
+        rates: &Rates,
+    ) -> Result<Columns, SensitivityError> {
         let drive = &self.model.motion.drive;
         let time = drive.roughly_until(here.clock, clock);
-        let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] =
-            self.model.motion.transitions(time);
-        let added = self.added(here, time)?;
+        let transitions = self.model.motion.transitions(time);
+        let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] = transitions;
+        let added = self.added(here, time, Some((trig, transitions)))?;
         let ([r1, r2], [a1, a2]) = (rates.velocities, rates.accelerations);
         let mut columns = Columns::from_slice(&here.columns);
         for (column, &by) in columns.iter_mut().zip(&self.by) {
@@ -148,7 +182,7 @@ impl Differentiated {
                 xx2 * x2 + xv2 * v2,
             ];
             if let Some(added) = &added {
-                for (x, own) in column.iter_mut().zip(Self::of(by, added, here.clock)) {
+                for (x, own) in column.iter_mut().zip(by.own(added, here.clock)) {
                     *x += own;
                 }
             }
@@ -175,60 +209,32 @@ impl Differentiated {
 
     /// What the flight from here adds, if it does.
     #[inline(always)]
-    fn added(&self, here: &Here, time: f64) -> Result<Option<Added>, SensitivityError> {
-        let [pendulum, oscillator] = &self.steps;
+    fn added(
+        &self,
+        here: &Here,
+        time: f64,
+        end: Option<(Trig, [[[f64; 2]; 2]; 2])>,
+    ) -> Result<Option<Added>, SensitivityError> {
+        let [pendulum, oscillator] = &*self.steps;
         if pendulum.is_idle() && oscillator.is_idle() {
             return Ok(None);
         }
         let State { x1, v1, x2, v2 } = here.state;
-        let found = (
-            pendulum.after((x1, v1), here.trig, time),
-            oscillator.after((x2, v2), here.trig, time),
-        );
+        let start = here.trig;
+        let found = if let Some((end, [first, second])) = end {
+            let flown = |transition| Flown { start, end, time, transition };
+            (
+                pendulum.between((x1, v1), &flown(first)),
+                oscillator.between((x2, v2), &flown(second)),
+            )
+        } else {
+            (pendulum.after((x1, v1), start, time), oscillator.after((x2, v2), start, time))
+        };
         let (Some(first), Some(second)) = found else {
             let time = self.model.motion.drive.time(here.clock);
             return Err(SensitivityError::Damping { time });
         };
         Ok(Some([first, second]))
-    }
-
-    /// What a flight between two instants adds to the derivatives by one number, at a fixed time after its
-    /// start.
-    #[inline(always)]
-    fn of(by: By, [pendulum, oscillator]: &Added, from: Clock) -> Column {
-        let first = |of: Coefficient| {
-            let [x, v] = pendulum.of(of);
-            [x, v, 0.0, 0.0]
-        };
-        let second = |of: Coefficient| {
-            let [x, v] = oscillator.of(of);
-            [0.0, 0.0, v, x]
-        };
-        let both = |of: Coefficient| {
-            let ([x1, v1], [x2, v2]) = (pendulum.of(of), oscillator.of(of));
-            [x1, v1, v2, x2]
-        };
-        match by {
-            By::FrequencyRatio => first(Coefficient::Natural),
-            By::PendulumDamping => first(Coefficient::Damping),
-            By::OscillatorDamping => second(Coefficient::Damping),
-            By::MomentAmplitude => first(Coefficient::Amplitude),
-            By::ForceAmplitude => second(Coefficient::Amplitude),
-            By::StaticMoment => first(Coefficient::Constant),
-            By::StaticForce => second(Coefficient::Constant),
-            By::Phase => both(Coefficient::Phase),
-            By::DriveFrequency => {
-                // The phase of a time within a period, and the drive in the flight.
-                let (ahead, turned) = (both(Coefficient::Phase), both(Coefficient::Omega));
-                std::array::from_fn(|i| from.time_in_period * ahead[i] + turned[i])
-            }
-            By::MassRatio
-            | By::Restitution
-            | By::OfCurve(_)
-            | By::Gap
-            | By::Friction
-            | By::Start(_) => [0.0; 4],
-        }
     }
 
     /// By how much an instant in another drive period comes later in time.
@@ -246,7 +252,7 @@ impl Differentiated {
     fn met(
         &self,
         here: &Here,
-        (impact, clock): (&ImpactEvent, Clock),
+        (impact, clock, trig): (&ImpactEvent, Clock, Trig),
         rates: &Rates,
         angle: Angle,
     ) -> Result<Columns, SensitivityError> {
@@ -255,11 +261,12 @@ impl Differentiated {
         if let Some(slope) = here.departure.slope
             && time * self.fastest < SHORT_HOP
         {
-            return self.hopped(here, (clock, approach), rates, (slope, time));
+            let hop = Hop { of: self, here, impact: (clock, approach), rates, time, slope };
+            return narrow(hop);
         }
         let per_approach = 1.0 / approach;
         let ([r1, _], [a1, a2]) = (rates.velocities, rates.accelerations);
-        let mut columns = self.flown(here, clock, rates)?;
+        let mut columns = self.flown(here, (clock, trig), rates)?;
         for (column, &by) in columns.iter_mut().zip(&self.by) {
             let [x1, v1, v2, x2] = *column;
             let delay = (x2 + moves_stop(by) - angle.cos * x1) * per_approach;
@@ -271,7 +278,7 @@ impl Differentiated {
     /// As [`Self::met`], after a short flight from the contact. What the two bodies move alike would
     /// leave its rounding, over a low approach velocity, in the time of the impact: the gap is
     /// differentiated by what changes in it since the last event, at a fixed time after that.
-    #[inline(never)]
+    #[inline(always)]
     fn hopped(
         &self,
         here: &Here,
@@ -281,7 +288,7 @@ impl Differentiated {
     ) -> Result<Columns, SensitivityError> {
         let FreeMotion { drive, pendulum, oscillator, .. } = &self.model.motion;
         let elapsed = DoubleDouble::new(time);
-        let added = self.added(here, time)?;
+        let added = self.added(here, time, None)?;
         let start = here.trig;
         let by_time = [pendulum, oscillator]
             .map(|body| by_phase(body, drive, start, elapsed).map(|x| drive.omega * x));
@@ -300,8 +307,7 @@ impl Differentiated {
         let per_approach = 1.0 / approach_velocity;
         let columns = here.columns.iter().zip(&self.by).map(|(&[x1, v1, v2, dt], &by)| {
             let x2 = slope * x1 - moves_stop(by);
-            let [a, b, c, d] =
-                added.as_ref().map_or([0.0; 4], |added| Self::of(by, added, here.clock));
+            let [a, b, c, d] = added.as_ref().map_or([0.0; 4], |added| by.own(added, here.clock));
             let moved = xx1 * x1 + xv1 * v1 + a + by_time[0][0] * dt;
             let other = xx2 * x2 + xv2 * v2 + d + by_time[1][0] * dt;
             let x1 = x1 + moved;
@@ -337,7 +343,7 @@ impl Differentiated {
         let trig = self.model.trig(clock);
         let before = self.rates_at(&impact.pre, trig.cos);
         let angle = system.contact.angle(impact.pre.x1);
-        let columns = self.met(here, (impact, clock), &before, angle)?;
+        let columns = self.met(here, (impact, clock, trig), &before, angle)?;
         let point = ImpactPoint {
             angle,
             turns: system.contact == Contact::Oblique,
@@ -392,7 +398,7 @@ impl Differentiated {
             }
             let [slip, parting] = point.after(&rows, direct, self.system.law, regime);
             for (i, (after, before)) in after.iter_mut().zip(before).enumerate() {
-                *after = [before[0], slip[i], parting[i], before[3]];
+                *after = [before[0], slip[i], parting[i], before[3]].map(counted);
             }
         }
     }
@@ -436,21 +442,46 @@ impl NullaryFnOnce for Struck<'_> {
     }
 }
 
+/// [`Differentiated::hopped`], apart from what is done for all impacts.
+struct Hop<'a> {
+    of: &'a Differentiated,
+    here: &'a Here,
+    impact: (Clock, f64),
+    rates: &'a Rates,
+    time: f64,
+    slope: f64,
+}
+
+impl NullaryFnOnce for Hop<'_> {
+    type Output = Result<Columns, SensitivityError>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.of.hopped(self.here, self.impact, self.rates, (self.slope, self.time))
+    }
+}
+
 /// [`Differentiated::flown`].
-struct Flown<'a> {
+struct Flight<'a> {
     of: &'a Differentiated,
     here: &'a Here,
     clock: Clock,
     rates: &'a Rates,
 }
 
-impl NullaryFnOnce for Flown<'_> {
+impl NullaryFnOnce for Flight<'_> {
     type Output = Result<Columns, SensitivityError>;
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        self.of.flown(self.here, self.clock, self.rates)
+        self.of.flown(self.here, (self.clock, self.of.model.trig(self.clock)), self.rates)
     }
+}
+
+/// A derivative, or zero in place of next to nothing: of a start long forgotten.
+#[inline(always)]
+pub(super) fn counted(derivative: f64) -> f64 {
+    if derivative.abs() < LEAST_DERIVATIVE { 0.0 } else { derivative }
 }
 
 /// d g/d gap with the sign of x2: how far body 2 is in the tip's place.

@@ -1,45 +1,32 @@
-//! Derivatives through complete chatter and contact phases: those of their legs by where they start,
-//! and by two parameters at a time.
+//! Derivatives through contact phases: those of their legs along some columns at a time. Chatter whose
+//! impacts are no smooth functions of u is a leg, too.
 
-use super::by::By;
+use std::sync::OnceLock;
+
 use super::columns::{Column, Columns, Differentiated, Here};
 use super::error::SensitivityError;
+use super::models::{END, models};
 use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
-use crate::numerics::dual::Number;
+use crate::numerics::dual::{Dual, Number};
 use crate::tangent::itinerary::{Leg, StickEnd};
 use crate::tangent::tolerances::AT_BORDER;
 use crate::tangent::{
-    Dual, DualState, END, FREE, Model, Moment, mode as slide_mode, on_contact, slide, traverse,
+    DualState, Model, Moment, mode as slide_mode, on_contact, slide, slide_to_end, stick_end,
+    traverse,
 };
 
-/// Parameters that are differentiated by at a time.
-const AT_ONCE: usize = 2;
+/// x1, x1', x2' after a leg, and what is zero where it ends.
+type End<const N: usize> = ([Dual<N>; 3], Dual<N>);
 
-/// What the derivatives of a leg are applied to: columns, each with the direction of its parameter.
-type Part = Vec<(usize, Option<usize>)>;
+/// What a leg does to columns.
+struct Passage<'a> {
+    here: &'a Here,
+    mode: Option<ContactMode>,
+    clock: Clock,
+}
 
 impl Differentiated {
-    /// Systems that carry derivatives by parameters, until all columns have had theirs.
-    fn parts(&self) -> Vec<(Model, Part)> {
-        let (parameters, starts): (Vec<usize>, Vec<usize>) =
-            (0..self.by.len()).partition(|&i| !matches!(self.by[i], By::Start(_)));
-        let mut parts: Vec<Part> = parameters
-            .chunks(AT_ONCE)
-            .map(|part| part.iter().enumerate().map(|(j, &i)| (i, Some(FREE + j))).collect())
-            .collect();
-        if parts.is_empty() {
-            parts.push(Part::new());
-        }
-        parts[0].extend(starts.iter().map(|&i| (i, None)));
-        let model = |part: Part| {
-            let names = part.iter().filter(|(_, direction)| direction.is_some());
-            let free: Vec<String> = names.map(|&(i, _)| self.names[i].clone()).collect();
-            (Model::new(&self.system, &free, false), part)
-        };
-        parts.into_iter().map(model).collect()
-    }
-
     /// A slide in place of a stick at a wall, which a tip that sticks follows wherever it moves.
     fn slides_with_wall(&self, here: &Here) -> Option<bool> {
         let cos = self.system.contact.angle(here.state.x1).cos;
@@ -58,26 +45,53 @@ impl Differentiated {
             (Leg::Stick(StickEnd::Release), Some(positive)) => Leg::SlideToRelease(positive),
             _ => leg,
         };
-        let mut columns = Columns::from_elem([0.0; 4], self.by.len());
-        let (mut is_flat, ends) = (false, leg != Leg::Chatter);
-        for (model, part) in self.parts() {
-            let (start, from) = start(&model, here, mode);
+        let passage = Passage { here, mode, clock };
+        let found = if leg == Leg::Chatter {
+            self.along(&passage, &self.contact.chatter, |model, start, from, end| {
+                let outcome = traverse(model, leg, start, from, end)?;
+                Some((outcome.image, outcome.condition))
+            })
+        } else if self.by.len() == 1 {
+            self.along(&passage, &self.contact.one, |model, start, from, end| {
+                contact(model, leg, (start, from), end)
+            })
+        } else {
+            self.along(&passage, &self.contact.few, |model, start, from, end| {
+                contact(model, leg, (start, from), end)
+            })
+        };
+        let (columns, rate) = found.ok_or_else(|| self.no_derivative(clock))?;
+        let ends = leg != Leg::Chatter;
+        Ok((columns, ends && rate.abs() <= AT_BORDER * self.changes(state, clock)))
+    }
+
+    /// The columns after a leg, and the rate of what ends it.
+    fn along<const N: usize>(
+        &self,
+        &Passage { here, mode, clock }: &Passage,
+        made: &OnceLock<Vec<Model<N>>>,
+        leg: impl Fn(&Model<N>, &DualState<N>, &Moment<N>, &Moment<N>) -> Option<End<N>>,
+    ) -> Option<(Columns, f64)> {
+        let mut columns = Columns::with_capacity(self.by.len());
+        let mut rate = f64::NAN;
+        for (model, first) in models(made, &self.system, &self.names) {
+            let (start, from) = start(model, here, mode, first);
             let time = Dual::variable(clock.time_in_period, END);
             let end = Moment { period: clock.period, time };
-            let outcome = traverse(&model, leg, &start, &from, &end).ok_or_else(|| {
-                SensitivityError::NoDerivative { time: model.motion.drive.time(clock) }
-            })?;
-            let condition = &outcome.condition;
-            is_flat = ends && condition.slope[END].abs() <= AT_BORDER * self.changes(state, clock);
-            let [x1, v1, v2] = &outcome.image;
-            for (i, direction) in part {
-                let along = |dual: &Dual| along(dual, &here.columns[i], direction);
-                let delay = -along(condition) / condition.slope[END];
-                let row = |dual: &Dual| along(dual) + dual.slope[END] * delay;
-                columns[i] = [row(x1), row(v1), row(v2), delay];
-            }
+            let ([x1, v1, v2], condition) = leg(model, &start, &from, &end)?;
+            rate = condition.slope[END];
+            let count = (N - 1).min(self.by.len() - first);
+            columns.extend((END + 1..).take(count).map(|i| {
+                let delay = -condition.slope[i] / rate;
+                let row = |dual: &Dual<N>| dual.slope[i] + dual.slope[END] * delay;
+                [row(&x1), row(&v1), row(&v2), delay]
+            }));
         }
-        Ok((columns, is_flat))
+        Some((columns, rate))
+    }
+
+    fn no_derivative(&self, clock: Clock) -> SensitivityError {
+        SensitivityError::NoDerivative { time: self.model.motion.drive.time(clock) }
     }
 
     /// How fast accelerations change in this state, at most.
@@ -98,53 +112,84 @@ impl Differentiated {
             (ContactMode::Stick, Some(positive)) => slide_mode(positive),
             _ => mode,
         };
-        let (mut columns, mut rates) = (Columns::from_elem([0.0; 4], self.by.len()), [0.0; 4]);
-        for (model, part) in self.parts() {
-            let (start, from) = start(&model, here, Some(mode));
+        let found = if self.by.len() == 1 {
+            self.held_along((here, mode, clock), &self.contact.one)
+        } else {
+            self.held_along((here, mode, clock), &self.contact.few)
+        };
+        found.ok_or_else(|| self.no_derivative(clock))
+    }
+
+    fn held_along<const N: usize>(
+        &self,
+        (here, mode, clock): (&Here, ContactMode, Clock),
+        made: &OnceLock<Vec<Model<N>>>,
+    ) -> Option<(Columns, Column)> {
+        let (mut columns, mut rates) = (Columns::with_capacity(self.by.len()), [0.0; 4]);
+        for (model, first) in models(made, &self.system, &self.names) {
+            let (start, from) = start(model, here, Some(mode), first);
             let time = Dual::variable(clock.time_in_period, END);
             let end = Moment { period: clock.period, time };
             let s = model.elapsed(&from, &end);
             let DualState { x1, v1, x2, v2 } = match mode {
                 ContactMode::Stick => start,
-                _ => slide(&model, &start, mode, &from, s).ok_or_else(|| {
-                    SensitivityError::NoDerivative { time: model.motion.drive.time(clock) }
-                })?,
+                _ => slide(model, &start, mode, &from, s)?,
             };
             let rows = [x1, v1, v2, x2];
             rates = rows.map(|row| row.slope[END]);
-            for (i, direction) in part {
-                columns[i] = rows.map(|row| along(&row, &here.columns[i], direction));
-            }
+            let count = (N - 1).min(self.by.len() - first);
+            columns.extend((END + 1..).take(count).map(|i| rows.map(|row| row.slope[i])));
         }
-        Ok((columns, rates))
+        Some((columns, rates))
     }
 }
 
-/// The derivative of a number by what a column is of.
-fn along(dual: &Dual, column: &Column, direction: Option<usize>) -> f64 {
-    let by_start: f64 = column.iter().zip(&dual.slope).map(|(x, slope)| x * slope).sum();
-    by_start + direction.map_or(0.0, |direction| dual.slope[direction])
+/// The end of a leg of contact.
+fn contact<const N: usize>(
+    model: &Model<N>,
+    leg: Leg,
+    (start, from): (&DualState<N>, &Moment<N>),
+    end: &Moment<N>,
+) -> Option<End<N>> {
+    let stop = Dual::constant(0.0);
+    match leg {
+        Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
+            let stops = matches!(leg, Leg::SlideToStop(_));
+            let slid = slide_to_end(model, (start, from), end, (positive, stops))?;
+            Some((slid.image, slid.condition))
+        }
+        Leg::Stick(how) => Some(([start.x1, stop, stop], stick_end(model, start, end, how))),
+        Leg::Impact(..) | Leg::Chatter | Leg::Circuit => None,
+    }
 }
 
-/// Where a leg starts, with derivatives by the components of the columns there.
-fn start(model: &Model, here: &Here, mode: Option<ContactMode>) -> (DualState, Moment) {
-    let state = here.state;
+/// Where a leg starts, with derivatives along the columns there from this one on.
+fn start<const N: usize>(
+    model: &Model<N>,
+    here: &Here,
+    mode: Option<ContactMode>,
+    first: usize,
+) -> (DualState<N>, Moment<N>) {
+    let State { x1, v1, x2, v2 } = here.state;
+    let along = |value: f64, component: usize| {
+        let mut dual = Dual::constant(value);
+        let columns = here.columns[first..].iter().take(N - 1);
+        for (slope, column) in dual.slope[END + 1..].iter_mut().zip(columns) {
+            *slope = column[component];
+        }
+        dual
+    };
     let rest = Dual::constant(0.0);
-    let x1 = Dual::variable(state.x1, 0);
-    let v1 = if mode == Some(ContactMode::Stick) { rest } else { Dual::variable(state.v1, 1) };
-    let time = here.clock.time_in_period;
-    if here.departure.slope.is_none() {
-        let moment = Moment { period: here.clock.period, time: Dual::constant(time) };
-        let apart = || DualState {
-            x1,
-            v1,
-            x2: Dual::variable(state.x2, 3),
-            v2: Dual::variable(state.v2, 2),
-        };
-        return (mode.map_or_else(apart, |_| on_contact(model, x1, v1)), moment);
-    }
-    let moment = Moment { period: here.clock.period, time: Dual::variable(time, 3) };
-    let apart =
-        || DualState { x1, v1, x2: model.contact_place(x1), v2: Dual::variable(state.v2, 2) };
-    (mode.map_or_else(apart, |_| on_contact(model, x1, v1)), moment)
+    let (x1, v1) =
+        (along(x1, 0), if mode == Some(ContactMode::Stick) { rest } else { along(v1, 1) });
+    let Clock { period, time_in_period, .. } = here.clock;
+    let apart = here.departure.slope.is_none();
+    let time = if apart { Dual::constant(time_in_period) } else { along(time_in_period, 3) };
+    let state = if mode.is_some() {
+        on_contact(model, x1, v1)
+    } else {
+        let x2 = if apart { along(x2, 3) } else { model.contact_place(x1) };
+        DualState { x1, v1, x2, v2: along(v2, 2) }
+    };
+    (state, Moment { period, time })
 }

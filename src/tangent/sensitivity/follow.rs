@@ -3,66 +3,16 @@
 use std::ops::Range;
 
 use super::by::By;
+use super::chatter::Bounces;
 use super::columns::{Column, Columns, Differentiated, Here, moves_stop};
 use super::error::SensitivityError;
+use super::legs::{KeptLegs, SensitiveLeg};
 use super::marks::{OneSided, OneSidedReason, one_sided};
 use super::source::{Passed, Source};
-use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
 use crate::simulate::event::{Event, ImpactEvent, StopReason};
-use crate::simulate::{Anchor, impacts_hop_by_hop};
-use crate::tangent::itinerary::{Leg, LegChange, LegReader};
-use crate::tangent::strike::Departure;
+use crate::tangent::itinerary::{LegChange, LegReader};
 use crate::tangent::tolerances::{LOW_BOUNCE, SAME_TIME};
-
-/// What the bodies do from here to the next event.
-#[derive(Debug, Clone)]
-pub(super) struct SensitiveLeg {
-    pub here: Here,
-    pub mode: Option<ContactMode>,
-    /// Impacts are skipped.
-    pub hops: bool,
-    pub time: f64,
-}
-
-/// The legs of a window, with memory for no more columns than there are.
-#[derive(Default)]
-pub(super) struct KeptLegs {
-    legs: Vec<KeptLeg>,
-    /// Of each.
-    columns: Vec<Column>,
-}
-
-struct KeptLeg {
-    state: State,
-    departure: Departure,
-    mode: Option<ContactMode>,
-    hops: bool,
-    time: f64,
-}
-
-impl KeptLegs {
-    fn with_capacity(legs: usize, columns: usize) -> Self {
-        Self { legs: Vec::with_capacity(legs), columns: Vec::with_capacity(legs * columns) }
-    }
-
-    fn push(&mut self, leg: &SensitiveLeg) {
-        let &SensitiveLeg { ref here, mode, hops, time } = leg;
-        self.columns.extend_from_slice(&here.columns);
-        self.legs.push(KeptLeg { state: here.state, departure: here.departure, mode, hops, time });
-    }
-
-    /// The last leg that begins not later than a time.
-    pub fn at(&self, time: f64, of: &Differentiated) -> SensitiveLeg {
-        let place = self.legs.partition_point(|leg| leg.time <= time).max(1) - 1;
-        let &KeptLeg { state, departure, mode, hops, time } = &self.legs[place];
-        let width = self.columns.len() / self.legs.len();
-        let columns = Columns::from_slice(&self.columns[place * width..][..width]);
-        let clock = departure.clock;
-        let here = Here { state, clock, trig: of.model.trig(clock), departure, columns };
-        SensitiveLeg { here, mode, hops, time }
-    }
-}
 
 /// Tables of derivatives, of the window and of what comes before it in the same drive period.
 #[derive(Default)]
@@ -80,24 +30,53 @@ pub(super) struct Rows {
     pub earlier: i64,
 }
 
+/// Fewest cycles ahead that are alike for which one of them is looked at more closely.
+const FEWEST_ALIKE: i64 = 3;
+
 /// Follows a motion.
 pub(super) struct Follower<'a> {
     pub of: &'a Differentiated,
     /// What comes before is not recorded.
-    window: Clock,
+    pub window: Clock,
     /// Where the run ends.
     end: Clock,
     pub section_offset: f64,
     /// Numbers of the sections that are recorded.
-    sections: Range<i64>,
+    pub sections: Range<i64>,
     reader: LegReader,
-    leg: SensitiveLeg,
-    /// Where a chatter begins that the last impacts may lead into, before the first low one.
-    before_low: Option<Here>,
+    pub leg: SensitiveLeg,
+    /// The instant at which it begins, with all of its digits.
+    began: Clock,
+    /// The last impacts, if they may lead into chatter.
+    low: Option<Bounces>,
     /// u of the last impact, and the largest so far.
     last: f64,
     largest: f64,
     pub rows: Rows,
+    /// Where the rows are, in a cycle that is going to come again.
+    pub instants: Option<Box<Instants>>,
+}
+
+/// The instants of a cycle.
+#[derive(Default)]
+pub(super) struct Instants {
+    pub events: Vec<Clock>,
+    pub impacts: Vec<Clock>,
+    /// Where the legs begin and end,
+    pub legs: Vec<[Clock; 2]>,
+    /// the numbers of the sections,
+    pub sections: Vec<i64>,
+    /// and where derivatives become one-sided.
+    pub marks: Vec<Clock>,
+}
+
+/// What an event of the motion leads to.
+pub(super) enum Step {
+    Goes,
+    /// The end of the run, and the derivatives of the state there.
+    Ends(Columns),
+    /// The caller has cancelled.
+    Cancelled,
 }
 
 impl<'a> Follower<'a> {
@@ -130,11 +109,45 @@ impl<'a> Follower<'a> {
             sections,
             reader: LegReader { mode: None },
             leg,
-            before_low: None,
+            began: Clock::START,
+            low: None,
             last: 0.0,
             largest: 0.0,
             rows,
+            instants: None,
         }
+    }
+
+    /// The same motion from here on, differentiated by more.
+    pub fn with<'b>(&self, of: &'b Differentiated, columns: Columns) -> Follower<'b> {
+        let leg = SensitiveLeg { here: Here { columns, ..self.leg.here.clone() }, ..self.leg };
+        Follower {
+            of,
+            window: Clock::START,
+            end: self.end,
+            section_offset: self.section_offset,
+            sections: i64::MIN..i64::MAX,
+            reader: LegReader { mode: None },
+            leg,
+            began: self.began,
+            low: None,
+            last: self.last,
+            largest: self.largest,
+            rows: Rows::default(),
+            instants: Some(Box::default()),
+        }
+    }
+
+    /// Goes on where another one has come, so many drive periods later, from these columns.
+    pub fn go_on_from(&mut self, other: &Follower, (columns, later): (Columns, i64)) {
+        let then = |clock: Clock| Clock { period: clock.period + later, ..clock };
+        self.began = then(other.began);
+        self.leg =
+            SensitiveLeg { time: self.of.model.motion.drive.time(self.began), ..other.leg.clone() };
+        let here = &mut self.leg.here;
+        (here.clock, here.columns) = (then(here.clock), columns);
+        here.departure.clock = then(here.departure.clock);
+        (self.last, self.largest) = (other.last, other.largest);
     }
 
     /// Whether the flight from the start is in this state at an instant.
@@ -152,30 +165,62 @@ impl<'a> Follower<'a> {
     pub fn follow(&mut self, mut source: Source) -> Result<Option<Columns>, SensitivityError> {
         let mut passed = Passed::default();
         loop {
-            let event = match source.advance(&mut passed) {
-                Some(event) => event?,
-                None => return Err(self.other_motion(self.leg.here.clock)),
-            };
-            let over = event.clock() > self.end || matches!(event, Event::Stop(_));
-            if let Event::Stop(stop) = event
-                && stop.clock < self.end
-            {
-                let cancelled = stop.reason == StopReason::Interrupted;
-                return if cancelled { Ok(None) } else { Err(self.other_motion(stop.clock)) };
+            match self.step(&mut source, &mut passed)? {
+                Step::Goes => {}
+                Step::Ends(columns) => return Ok(Some(columns)),
+                Step::Cancelled => return Ok(None),
             }
-            self.leg.hops = matches!(event, Event::Chatter(_)) || source.skips_at(&event);
-            for (k, state) in passed.0.drain(..) {
-                if self.sections.contains(&k) {
-                    let period = k - i64::from(self.section_offset > 0.0);
-                    self.section(Clock::new(period, self.section_offset), &state)?;
+            let after_impact = self.leg.here.departure.slope.is_some() && self.leg.mode.is_none();
+            let apart = after_impact && self.low.is_none();
+            let Some((alike, times)) = source.alike(apart) else { continue };
+            if times < FEWEST_ALIKE {
+                continue;
+            }
+            match self.follow_alike((&mut source, &mut passed), &alike)? {
+                Step::Goes => {}
+                Step::Ends(columns) => return Ok(Some(columns)),
+                Step::Cancelled => return Ok(None),
+            }
+        }
+    }
+
+    /// Follows the motion to its next event.
+    pub fn step(
+        &mut self,
+        source: &mut Source,
+        passed: &mut Passed,
+    ) -> Result<Step, SensitivityError> {
+        let event = match source.advance(passed) {
+            Some(event) => event?,
+            None => return Err(self.other_motion(self.leg.here.clock)),
+        };
+        let over = event.clock() > self.end || matches!(event, Event::Stop(_));
+        if let Event::Stop(stop) = event
+            && stop.clock < self.end
+        {
+            let cancelled = stop.reason == StopReason::Interrupted;
+            return if cancelled {
+                Ok(Step::Cancelled)
+            } else {
+                Err(self.other_motion(stop.clock))
+            };
+        }
+        self.leg.hops = matches!(event, Event::Chatter(_)) || source.skips_at(&event);
+        for (k, state) in passed.0.drain(..) {
+            if self.sections.contains(&k) {
+                let period = k - i64::from(self.section_offset > 0.0);
+                self.section(Clock::new(period, self.section_offset), &state)?;
+                if let Some(instants) = &mut self.instants {
+                    instants.sections.push(k);
                 }
             }
-            if over {
-                self.keep_leg();
-                return Ok(Some(self.at(self.end)?));
-            }
-            self.take(&event)?;
         }
+        if over {
+            self.keep_leg(self.end);
+            return Ok(Step::Ends(self.at(self.end)?));
+        }
+        self.take(&event)?;
+        Ok(Step::Goes)
     }
 
     /// Derivatives in the present leg, at a fixed time since the start.
@@ -191,7 +236,7 @@ impl<'a> Follower<'a> {
 
     /// and the derivatives there.
     pub fn so_far(&mut self) -> Result<Columns, SensitivityError> {
-        self.keep_leg();
+        self.keep_leg(self.leg.here.clock);
         self.at(self.leg.here.clock)
     }
 
@@ -209,8 +254,11 @@ impl<'a> Follower<'a> {
     }
 
     /// Takes note of the leg that ends, if the window needs it.
-    fn keep_leg(&mut self) {
+    fn keep_leg(&mut self, end: Clock) {
         self.rows.legs.push(&self.leg);
+        if let Some(instants) = &mut self.instants {
+            instants.legs.push([self.began, end]);
+        }
     }
 
     fn other_motion(&self, clock: Clock) -> SensitivityError {
@@ -220,9 +268,12 @@ impl<'a> Follower<'a> {
     fn take(&mut self, event: &Event) -> Result<(), SensitivityError> {
         let (clock, time) = (event.clock(), self.of.model.motion.drive.time(event.clock()));
         if let Some(reason) = one_sided(self.of, event, self.leg.here.departure.slope.is_none()) {
-            self.mark(time, reason);
+            self.mark((clock, time), reason);
         }
         self.rows.events += 1;
+        if let Some(instants) = &mut self.instants {
+            instants.events.push(clock);
+        }
         self.rows.earlier += i64::from(clock < self.window);
         if let Event::Graze(_) = event {
             return Ok(());
@@ -231,43 +282,43 @@ impl<'a> Follower<'a> {
             return self.impact(impact, time);
         }
         if clock >= self.window {
-            self.keep_leg();
+            self.keep_leg(clock);
         }
-        if let Event::Chatter(_) = event {
-            let start = self.before_low.take().unwrap_or_else(|| self.leg.here.clone());
-            self.leg.here = start;
-        }
+        let here = &self.leg.here;
+        let low = self.low.take();
+        let low = match event {
+            Event::Chatter(_) => Some(low.unwrap_or_else(|| Bounces::new(here))),
+            _ => None,
+        };
         let mode = self.reader.mode;
         match self.reader.read(&self.of.system, event) {
             LegChange::Ends(leg, clock, state) => {
-                let here = &self.leg.here;
-                let accumulated = match leg {
-                    Leg::Chatter => self.of.accumulated(here, clock, &state)?,
-                    _ => None,
-                };
-                let (columns, is_flat) = match accumulated {
-                    Some(columns) => (columns, false),
+                let (columns, is_flat) = match low {
+                    Some(bounces) => (self.of.chatter(bounces, here, (clock, &state))?, false),
                     None => self.of.passed(here, (leg, mode), (clock, &state))?,
                 };
                 self.leg.here = self.of.event(columns, clock, state);
                 if is_flat {
                     self.rows.events -= 1;
-                    self.mark(time, OneSidedReason::ContactBorder);
+                    self.mark((clock, time), OneSidedReason::ContactBorder);
                     self.rows.events += 1;
                 }
             }
             LegChange::Begins(state) => self.begin_contact(clock, state)?,
             LegChange::Nothing | LegChange::Stops(_) => {}
         }
-        (self.before_low, self.last) = (None, 0.0);
-        (self.leg.mode, self.leg.time) = (self.reader.mode, time);
+        self.last = 0.0;
+        (self.leg.mode, self.leg.time, self.began) = (self.reader.mode, time, event.clock());
         Ok(())
     }
 
     /// Derivatives are one-sided from the next event on; of several reasons the first one says it.
-    fn mark(&mut self, time: f64, reason: OneSidedReason) {
+    fn mark(&mut self, (clock, time): (Clock, f64), reason: OneSidedReason) {
         if self.rows.one_sided.last().is_none_or(|last| last.time != time) {
             self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
+            if let Some(instants) = &mut self.instants {
+                instants.marks.push(clock);
+            }
         }
     }
 
@@ -276,25 +327,31 @@ impl<'a> Follower<'a> {
         self.largest = self.largest.max(u);
         // The impacts that lead into chatter are left to its leg (docs/theory.md, section 7).
         if u >= LOW_BOUNCE * self.largest || u >= self.last {
-            self.before_low = None;
-        } else if self.before_low.is_none() {
-            self.before_low = Some(self.leg.here.clone());
+            self.low = None;
+        } else if self.low.is_none() {
+            self.low = Some(Bounces::new(&self.leg.here));
         }
         self.last = u;
         // Tables of impacts have no more of the clock, which low bounces alone could tell.
         let clock = Clock::new(impact.clock.period, impact.clock.time_in_period);
-        let clock = if self.before_low.is_none() { clock } else { impact.clock };
+        let clock = if self.low.is_none() { clock } else { impact.clock };
         let kept = impact.clock >= self.window;
         if kept {
-            self.keep_leg();
+            self.keep_leg(impact.clock);
         }
         let before = self.of.strike(&mut self.leg.here, impact, clock)?;
-        (self.leg.hops, self.leg.time) = (false, time);
+        if let Some(low) = &mut self.low {
+            low.take(self.of, impact, &self.leg.here);
+        }
+        (self.leg.hops, self.leg.time, self.began) = (false, time, impact.clock);
         if !kept {
             return Ok(());
         }
+        if let Some(instants) = &mut self.instants {
+            instants.impacts.push(impact.clock);
+        }
         let here = &self.leg.here;
-        let late = self.of.place(By::DriveFrequency);
+        let late = self.of.late();
         let rows = &mut self.rows;
         rows.impacts.push((clock.period, time));
         let rate = clock.period as f64 * self.of.period_rate();
@@ -320,31 +377,6 @@ impl<'a> Follower<'a> {
     }
 }
 
-impl SensitiveLeg {
-    /// Derivatives of the state at a fixed instant of this leg, and its rates there; `known`: that state.
-    pub fn at(
-        &self,
-        of: &Differentiated,
-        clock: Clock,
-        known: Option<&State>,
-    ) -> Result<(Columns, Column), SensitivityError> {
-        if let Some(mode) = self.mode {
-            return of.held(&self.here, mode, clock);
-        }
-        if self.hops && clock > self.here.clock {
-            let mut here = self.here.clone();
-            let anchor = Anchor::after_impact(here.clock, here.state);
-            for event in impacts_hop_by_hop(&of.system, anchor, clock) {
-                if let Event::Impact(impact) = event {
-                    of.strike(&mut here, &impact, impact.clock)?;
-                }
-            }
-            return of.at(&here, clock, known);
-        }
-        of.at(&self.here, clock, known)
-    }
-}
-
 impl Differentiated {
     /// Derivatives at a fixed time since the start from those at a fixed time in a fixed period.
     pub fn at_fixed_time(&self, mut columns: Columns, rates: &Column, clock: Clock) -> Columns {
@@ -355,6 +387,11 @@ impl Differentiated {
             }
         }
         columns
+    }
+
+    /// The place of the drive's frequency, with which the times of all drive periods change.
+    pub fn late(&self) -> Option<usize> {
+        self.place(By::DriveFrequency)
     }
 
     /// The place of a number among those that are differentiated by.

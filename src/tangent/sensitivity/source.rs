@@ -1,16 +1,18 @@
-//! Where the events of a run come from: from its tables, where they have all of them and between them
-//! the bodies fly, or from the motion once more.
+//! Where the events of a run come from: from its tables, where they have all of them, or from the
+//! motion once more. Both know where the motion repeats to the last bit.
 
+use crate::contact::sustained::{ContactForce, ContactMode};
 use crate::impact::resolve;
 use crate::model::contact_coordinates::PreImpact;
 use crate::model::error::SimulationError;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{
-    Event, EventKind, GrazeEvent, GrazeRecord, ImpactEvent, ImpactRecord, StopEvent, StopReason,
+    ChatterEvent, ContactEvent, ContactRecord, Event, EventKind, EventRecord, GrazeEvent,
+    GrazeRecord, ImpactEvent, ImpactRecord, StopEvent, StopReason,
 };
-use crate::simulate::run::{Recorded, Run};
-use crate::simulate::{Observer, Simulation};
+use crate::simulate::run::{Copies, Recorded, Run};
+use crate::simulate::{Cycle, Observer, Simulation};
 
 /// The sections that have been passed since they were last asked for, and the states there.
 #[derive(Default)]
@@ -26,8 +28,8 @@ impl Observer for Passed {
 
 /// The events of a run, one by one.
 pub(super) enum Source<'a> {
-    /// As a simulation finds them.
-    Found(Box<Simulation>),
+    /// As a simulation finds them, and what it has found that the motion repeats.
+    Found(Box<Simulation>, Option<Cycle>),
     /// As they are kept.
     Kept(Kept<'a>),
 }
@@ -39,12 +41,36 @@ pub(super) struct Kept<'a> {
     section_offset: f64,
     event: usize,
     section: usize,
+    /// Which of the run's copies are the present ones, or the next.
+    copies: usize,
     here: Clock,
+}
+
+/// Cycles of a motion, each from one event to the next one with the same numbers: so many together that
+/// what is done once for all of them is little.
+#[derive(Clone, Copy)]
+pub(super) struct Alike {
+    pub events: usize,
+    pub periods: i64,
+    together: i64,
+    cycle: Option<Cycle>,
+}
+
+/// Fewest events of cycles that are taken together.
+const TOGETHER: usize = 32;
+
+impl Alike {
+    /// Of cycles of so many events and drive periods.
+    fn new(events: usize, periods: i64, cycle: Option<Cycle>) -> Self {
+        let together = TOGETHER.div_ceil(events.max(1));
+        let count = together as i64;
+        Self { events: together * events, periods: count * periods, together: count, cycle }
+    }
 }
 
 impl<'a> Kept<'a> {
     pub fn new(run: &'a Run, section_offset: f64, cancel: &'a CancelToken) -> Self {
-        Self { run, cancel, section_offset, event: 0, section: 0, here: Clock::START }
+        Self { run, cancel, section_offset, event: 0, section: 0, copies: 0, here: Clock::START }
     }
 
     /// State just before the first event.
@@ -52,47 +78,73 @@ impl<'a> Kept<'a> {
         match self.next() {
             Some(Event::Impact(impact)) => (impact.clock, impact.pre),
             Some(Event::Graze(graze)) => (graze.clock, graze.state),
+            Some(Event::Chatter(end)) => (end.clock, end.state),
+            Some(
+                Event::SlidePositive(contact)
+                | Event::SlideNegative(contact)
+                | Event::Stick(contact),
+            ) => (contact.clock, contact.state),
             _ => (self.run.final_state.clock, self.run.final_state.state),
         }
     }
 
     fn next(&self) -> Option<Event> {
         let run = self.run;
-        let row = run.events.get(self.event)?;
-        let index = usize::try_from(row.index).ok();
-        let is = |kind: EventKind| row.kind == kind as i64;
+        let &EventRecord { kind, index, .. } = run.events.get(self.event)?;
+        let index = usize::try_from(index).ok();
+        let is = |other: EventKind| kind == other as i64;
+        // A run without contact can do without.
+        let residual = run.trace.residuals.get(self.event).copied().unwrap_or_default();
+        let clock = |period: i64, time_in_period: f64| Clock { period, time_in_period, residual };
         if is(EventKind::Impact) {
             let row = run.impacts.get(index?)?;
             let &ImpactRecord { time, period, time_in_period, x1, x2, phase, .. } = row;
             let pre = State { x1, v1: row.v1_pre, x2, v2: row.v2_pre };
             let post = State { x1, v1: row.v1_post, x2, v2: row.v2_post };
             let impact = resolve(&run.system, &PreImpact::new(run.system.contact, &pre)).ok()?;
-            let clock = Clock::new(period, time_in_period);
+            let clock = clock(period, time_in_period);
             return Some(Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact }));
         }
         if is(EventKind::Graze) {
             let row = run.grazes.get(index?)?;
             let &GrazeRecord { time, period, time_in_period, phase, gap_acceleration, .. } = row;
             let &GrazeRecord { x1, v1, x2, v2, .. } = row;
-            let (clock, state) = (Clock::new(period, time_in_period), State { x1, v1, x2, v2 });
+            let (clock, state) = (clock(period, time_in_period), State { x1, v1, x2, v2 });
             return Some(Event::Graze(GrazeEvent { clock, time, phase, state, gap_acceleration }));
         }
-        is(EventKind::Stop).then(|| {
+        if is(EventKind::Stop) {
             let end = &run.final_state;
             let (clock, time, state) = (end.clock, end.time, end.state);
-            Event::Stop(StopEvent { clock, time, state, reason: run.stop_reason })
-        })
+            return Some(Event::Stop(StopEvent { clock, time, state, reason: run.stop_reason }));
+        }
+        let row = run.contacts.get(index?)?;
+        Some(contact(row, clock(row.period, row.time_in_period)))
+    }
+
+    /// Copies that begin before the event that is next, by a cycle or more.
+    fn alike(&mut self) -> Option<(Alike, i64)> {
+        let all = &self.run.trace.copies;
+        while self.event >= all.get(self.copies)?.end() {
+            self.copies += 1;
+        }
+        let copies: &Copies = &all[self.copies];
+        let &Copies { first, events, periods, .. } = copies;
+        let alike = Alike::new(events, periods, None);
+        let times = (copies.end() - self.event) / alike.events.max(1);
+        let times = i64::try_from(times).ok()?;
+        (self.event >= first).then_some((alike, times))
     }
 
     fn advance(&mut self, passed: &mut Passed) -> Option<Event> {
         let end = &self.run.final_state;
-        if self.cancel.is_cancelled() {
+        let event = self.next()?;
+        // Events of one instant belong together.
+        if event.clock() > self.here && self.cancel.is_cancelled() {
             let (clock, time, state) =
                 (self.here, self.run.system.own_drive().time(self.here), end.state);
             let reason = StopReason::Interrupted;
             return Some(Event::Stop(StopEvent { clock, time, state, reason }));
         }
-        let event = self.next()?;
         let over = matches!(event, Event::Stop(_));
         while let Some(&[x1, v1, x2, v2]) = self.run.stroboscopic.get(self.section) {
             let k = self.run.first_section + self.section as i64;
@@ -113,13 +165,81 @@ impl<'a> Kept<'a> {
 impl Source<'_> {
     pub fn advance(&mut self, passed: &mut Passed) -> Option<Result<Event, SimulationError>> {
         match self {
-            Self::Found(simulation) => simulation.advance(passed),
+            Self::Found(simulation, _) => simulation.advance(passed),
             Self::Kept(kept) => kept.advance(passed).map(Ok),
         }
     }
 
     /// Whether this event, the last one so far, lies among skipped impacts.
     pub fn skips_at(&self, event: &Event) -> bool {
-        matches!(self, Self::Found(simulation) if simulation.skips_at(event))
+        match self {
+            Self::Found(simulation, _) => simulation.skips_at(event),
+            Self::Kept(kept) => matches!(event, Event::Stop(_)) && kept.run.skips_at_end(),
+        }
+    }
+
+    /// What the motion is going to repeat after the present impact, and how often before it ends; `apart`:
+    /// the impact is none of those that may lead into chatter, which belong together.
+    pub fn alike(&mut self, apart: bool) -> Option<(Alike, i64)> {
+        match self {
+            Self::Found(simulation, found) => {
+                if let Some((cycle, _)) = simulation.repeats() {
+                    *found = Some(cycle);
+                }
+                let cycle = found.take_if(|_| apart)?;
+                let (events, periods) = (usize::try_from(cycle.events).ok()?, cycle.periods);
+                let alike = Alike::new(events, periods, Some(cycle));
+                Some((alike, simulation.cycles_left_to_end(&cycle) / alike.together))
+            }
+            Self::Kept(kept) => kept.alike().filter(|_| apart),
+        }
+    }
+
+    /// Passes over all cycles that are left, after one of them; how many.
+    pub fn pass(&mut self, alike: &Alike) -> i64 {
+        match self {
+            Self::Found(simulation, _) => {
+                let Some(cycle) = &alike.cycle else { return 0 };
+                let times = simulation.cycles_left_to_end(cycle).max(0) / alike.together;
+                simulation.repeat(cycle, times * alike.together);
+                times
+            }
+            Self::Kept(kept) => {
+                let times = kept.alike().map_or(0, |(_, times)| times);
+                let count = usize::try_from(times).unwrap_or_default();
+                kept.event += count * alike.events;
+                kept.section += count * usize::try_from(alike.periods).unwrap_or_default();
+                kept.here.period += times * alike.periods;
+                times
+            }
+        }
+    }
+}
+
+/// The event of a row, at this clock.
+fn contact(row: &ContactRecord, clock: Clock) -> Event {
+    let &ContactRecord { time, kind, x1, v1, x2, v2, phase, .. } = row;
+    let &ContactRecord { impacts_skipped, time_jump, error, .. } = row;
+    let state = State { x1, v1, x2, v2 };
+    let force = ContactForce { normal: row.normal_force, tangential: row.tangential_force };
+    if kind == EventKind::Chatter as i64 {
+        return Event::Chatter(ChatterEvent {
+            clock,
+            time,
+            phase,
+            state,
+            force,
+            impacts_skipped,
+            time_jump,
+            error,
+        });
+    }
+    let mode = EventKind::mode(kind);
+    let event = ContactEvent { clock, time, phase, state, mode, force };
+    match mode {
+        Some(ContactMode::SlidePositive) => Event::SlidePositive(event),
+        Some(ContactMode::SlideNegative) => Event::SlideNegative(event),
+        Some(ContactMode::Stick) => Event::Stick(event),
+        None => Event::Release(event),
     }
 }
