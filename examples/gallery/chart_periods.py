@@ -49,11 +49,16 @@ def islands(quick: bool) -> list[vi.StabilityRegion]:
 
 def draw(quick: bool) -> Figure:
     """Draw the borders over the chart."""
-    figure = new_figure(5.0)
+    figure = new_figure(5.3)
     ax = vi.plot.chart(chart(quick), ax=figure.subplots())
     regions = islands(quick)
     vi.plot.bifurcation_curves(regions, size=3.5, halo=True, legend=False, ax=ax)
-    figure.legend(handles=vi.plot.curve_handles(regions), loc="outside lower center", ncols=4)
+    figure.legend(
+        handles=vi.plot.curve_handles(regions),
+        title="Borders of the islands",
+        loc="outside lower center",
+        ncols=3,
+    )
     return figure
 
 

@@ -13,9 +13,14 @@ import sizes
 import vibroimpact as vi
 from references import reference, scene_system
 from systems import PAPER
+from vibroimpact.orbits.bifurcation import Bifurcation
+from vibroimpact.orbits.border_walk import Arc, OnBound, Walk
+from vibroimpact.orbits.borders import CurveSteps
+from vibroimpact.orbits.curve import CodimensionTwo
 from vibroimpact.orbits.curve_problem import CurveProblem
 from vibroimpact.orbits.problem import OrbitProblem
 from vibroimpact.orbits.shooting import solve_orbit
+from vibroimpact.orbits.verdict import motion_of
 
 REFERENCE = reference("orbits_reference.json")
 PLANE = {"drive_frequency": (0.2, 3.0), "moment_amplitude": (0.05, 2.5)}
@@ -351,6 +356,66 @@ def test_a_region_round_a_cusp_lies_over_itself():
         1,
         0,
     ]
+
+
+@pytest.fixture(scope="module")
+def of_two_one():
+    """The 2-1 motion between a curve of Neimark-Sacker points and one of saddle-nodes."""
+    return settled(PAPER.replace(drive_frequency=2.75))
+
+
+# The saddle-nodes meet the bound of the frequency at one value of the amplitude each.
+@pytest.mark.parametrize("bound", [2.92, 2.96, 3.0, 3.02, 3.03])
+def test_a_border_turns_inwards_where_a_curve_begins_on_a_bound(of_two_one, bound):
+    region = vi.stability_region(
+        of_two_one, drive_frequency=(2.6, bound), moment_amplitude=(0.2, 1.5), max_points=150
+    )
+    assert region.closed, region.why_not
+    assert sorted(arc.kind for arc in region.arcs) == ["neimark_sacker", "saddle_node"]
+    assert all(np.ptp(arc.values, axis=0).max() > 0.1 for arc in region.arcs)
+    # The motion goes on above the saddle-nodes only.
+    fold = of_two_one.follow(moment_amplitude=(0.2, 1.2)).of_kind("saddle_node")[0].value
+    found = {at.kind: at.value for at in region.crossings(drive_frequency=2.75)}
+    assert found["saddle_node"] == pytest.approx(fold, abs=1e-10)
+    assert region.sheets([[2.75, fold + 0.01], [2.75, fold - 0.01]]).tolist() == [1, 0]
+
+
+class TurningOnBounds(Walk):
+    """Turns round at the saddle-nodes on a bound, as if their curve led out of the ranges."""
+
+    def _next(self, place):
+        if isinstance(place, Bifurcation) and place.kind == "saddle_node":
+            motion = place.motion
+            p = np.array([motion.system.drive_frequency, motion.system.moment_amplitude])
+            index = int(place.parameter == "drive_frequency")
+            place = OnBound(motion.itinerary, motion.nodes.ravel(), p, index)
+            return Arc(p[None], None, None, np.empty((0, 0))), place
+        return super()._next(place)
+
+
+class TurningOnCurves(Walk):
+    """Turns round where its first curve ends on a bound."""
+
+    def _next(self, place):
+        if isinstance(place, OnBound):
+            kind = next(arc.curve.kind for arc in self.arcs if arc.curve is not None)
+            system = self.motion.system.replace(**dict(zip(self.names, place.p, strict=True)))
+            motion = motion_of(system, place.itinerary, place.u.reshape(-1, 4), whole=True)
+            place = CodimensionTwo(
+                kind=kind, values=place.p, motion=motion, test=kind, test_value=0.0
+            )
+            return Arc(place.values[None], None, None, np.empty((0, 0))), place
+        return super()._next(place)
+
+
+@pytest.mark.parametrize(
+    ("turning", "way"),
+    [(TurningOnBounds, "the bound"), (TurningOnCurves, "its own neimark_sacker curve")],
+)
+def test_a_border_that_comes_back_along_itself_is_not_closed(of_two_one, turning, way):
+    plane = ("drive_frequency", "moment_amplitude"), ((2.6, 3.0), (0.5, 1.5))
+    walk = turning(of_two_one, *plane, CurveSteps.checked(0.01, 0.05, 150))
+    assert walk.round().count(f"the border comes back along {way}") == 2
 
 
 def test_a_region_without_a_border_is_the_whole_plane():

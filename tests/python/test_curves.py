@@ -139,6 +139,22 @@ def test_folds_of_an_ellipsoid_close_and_turn_in_both_parameters():
     np.testing.assert_allclose((path.p**2 / [4, 1]).sum(axis=1), 1.0, rtol=0, atol=1e-14)
 
 
+def test_a_curve_that_starts_on_a_bound_does_not_leave_through_it():
+    circle = Equations(
+        lambda u, p, q: ([u[0] ** 2 + p**2 / 4 + q**2 - 1], [[2 * u[0], p / 2, 2 * q]])
+    )
+    # Rounding of q moves p, to either side of its bound.
+    for bound in np.linspace(0.3, 1.9, 33):
+        start = [bound, math.sqrt(1.0 - bound**2 / 4)]
+        out, back = (
+            follow_curve(circle, [0.0], start, "fold", direction=sign, bounds=((0, bound), (0, 2)))
+            for sign in (-1, 1)
+        )
+        assert (out.end, len(out.points)) == ("bound", 1)
+        assert out.p[0, 0] == back.p[0, 0] == bound
+        np.testing.assert_allclose(back.p[-1], [0, 1], atol=1e-15)
+
+
 def test_folds_of_the_henon_map():
     problem = Equations(henon, henon_tests)
     path = follow_curve(

@@ -389,7 +389,7 @@ def follow_curve(
         curve = _Critical(problem, test, z, sizes, frozenset(ignore), classify)
     except OutsideDomain as error:
         return Path(points=(), special=(), end=PathEnd.OUTSIDE_DOMAIN, detail=f"start: {error}")
-    return trace(curve, start_point(curve, z, along, direction), limits, settings)
+    return trace(curve, start_point(curve, z, along, direction, limits), limits, settings)
 
 
 def curve_point(

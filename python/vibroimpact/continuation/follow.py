@@ -188,12 +188,9 @@ def follow(
         stop_at=stop_at,
         first=first,
     )
-    return trace(
-        curve,
-        start_point(curve, np.append(start, parameter), along, direction),
-        [(len(start), low, high)],
-        settings,
-    )
+    limits = [(len(start), low, high)]
+    first_point = start_point(curve, np.append(start, parameter), along, direction, limits)
+    return trace(curve, first_point, limits, settings)
 
 
 def switch(problem: Problem, point: Point, *, parameter_size: float = 1.0) -> Array:

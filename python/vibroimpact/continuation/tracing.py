@@ -73,12 +73,16 @@ def _of_kinds(kinds: frozenset[str]) -> Callable[[SpecialPoint], bool]:
     return lambda point: point.kind in kinds
 
 
-def start_point(curve: Curve, z: Array, tangent: Array | None, direction: int) -> Point | Path:
+def start_point(
+    curve: Curve, z: Array, tangent: Array | None, direction: int, limits: Limits
+) -> Point | Path:
     """Return the solution near z with its oriented tangent, or a path that ends at once.
 
-    Without a tangent the last parameter is kept, if the curve can be parametrised by it.
+    Without a tangent a parameter on its bound is kept, else the last one, if the curve can be
+    parametrised by it: moved off its bound by rounding, a start could leave through it.
     """
     sizes = curve.scale(z)
+    kept = next((i for i, low, high in limits if z[i] in (low, high)), len(z) - 1)
 
     def failed(report: NewtonReport) -> Path:
         outside = report.outcome == "outside domain"
@@ -87,14 +91,14 @@ def start_point(curve: Curve, z: Array, tangent: Array | None, direction: int) -
         return Path(points=(), special=(), end=end, detail=detail)
 
     def fixed(v: Array) -> tuple[Array, Array]:
-        value, jacobian = curve.residual(np.append(v, z[-1]))
-        return value, jacobian[:, :-1]
+        value, jacobian = curve.residual(np.insert(v, kept, z[kept]))
+        return value, np.delete(jacobian, kept, axis=1)
 
     report = None
     if tangent is None:
-        v, _, report = newton(fixed, z[:-1], sizes[:-1])
+        v, _, report = newton(fixed, np.delete(z, kept), np.delete(sizes, kept))
         if report.converged:
-            z = np.append(v, z[-1])
+            z = np.insert(v, kept, z[kept])
         elif report.outcome != "singular":
             return failed(report)
     if report is None or not report.converged:

@@ -1,6 +1,6 @@
 """The border of a region of stability, from curve to curve and along the bounds (`regions`)."""
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -43,6 +43,9 @@ _OTHER = {
 _SAME_CORNER = 1e-6
 # This tolerance where the equations of a doubled motion become singular.
 _JOINED = 1e-3
+# A point of a curve is on another of the same equations if it is this near to a chord between two
+# points of that, as part of the chord. The curve itself leaves a chord by a few hundredths.
+_SAME_CURVE = 0.1
 # Curves and bounds that a border may consist of.
 _MOST_ARCS = 60
 
@@ -53,10 +56,15 @@ class Lost(Exception):
 
 @dataclass
 class Arc:
-    """Part of the border, in order: a curve, or a piece of a bound."""
+    """Part of the border, in order: a curve, or a piece of a bound.
+
+    ``z`` are its points with their motions, in rows, and ``equations`` what they solve.
+    """
 
     values: Array
     curve: BifurcationCurve | None
+    equations: Hashable
+    z: Array
 
 
 @dataclass
@@ -95,7 +103,7 @@ class Walk:
     @property
     def arcs(self) -> list[Arc]:
         """The border in order: the parts found backwards from the start, then those forwards."""
-        turned = [Arc(arc.values[::-1], arc.curve) for arc in reversed(self._before)]
+        turned = [replace(arc, values=arc.values[::-1]) for arc in reversed(self._before)]
         return [*turned, *self._after]
 
     def round(self) -> str:
@@ -109,14 +117,15 @@ class Walk:
             return str(loss)
         if start is None:
             (a, b), (c, d) = self.bounds
-            self._after.append(Arc(np.array([[a, c], [b, c], [b, d], [a, d]]), None))
+            corners = np.array([[a, c], [b, c], [b, d], [a, d]])
+            self._after.append(Arc(corners, None, None, np.empty((0, 0))))
             return ""
         problem, u = curve_problem(start, self.names)
         ways = [self._way(problem, u, 1)]
         if ways[0].end not in (PathEnd.CLOSED, PathEnd.INTERRUPTED):
             ways.insert(0, self._way(problem, u, -1))
         curve = curve_of(problem, ways)
-        self._after.append(Arc(curve.values, curve))
+        self._after.append(_arc_of(problem, curve))
         back, forth = ways[0], ways[-1]
         if PathEnd.INTERRUPTED in (back.end, forth.end):
             raise KeyboardInterrupt
@@ -155,15 +164,38 @@ class Walk:
         if isinstance(place, OnBound):
             return self._along_bound(place)
         problem, u = curve_problem(place, self.names)
+        retraced = False
         for direction in (1, -1):
             probe = self._way(problem, u, direction, most=3)
             if len(probe.points) < 2 or probe.end is PathEnd.START:
                 continue
             if problem.bounds_stability(probe.points[1].u, probe.points[1].p):
+                if self._passed(problem, _equations_of(problem), probe.points[1].z):
+                    retraced = True
+                    continue
                 path = self._way(problem, u, direction)
-                curve = curve_of(problem, [path])
-                return Arc(curve.values, curve), self._place(problem, path)
+                return _arc_of(problem, curve_of(problem, [path])), self._place(problem, path)
+        if retraced:
+            raise Lost(f"the border comes back along its own {place.kind} curve at {_at(problem)}")
         raise Lost(f"no border of stability goes on from the {place.kind} at {_at(problem)}")
+
+    def _passed(self, problem: OrbitProblem, equations: Hashable, at: Array) -> bool:
+        """Whether the border has been at a point before, with the same motion.
+
+        Others may lie at the same parameters: a region round a cusp lies over itself.
+        """
+        sizes = np.concatenate((problem.scale(at[:-2]), self.sizes))
+        for arc in (*self._before, *self._after):
+            if arc.equations != equations:
+                continue
+            chords = np.diff(arc.z, axis=0) / sizes
+            ahead = (at - arc.z[:-1]) / sizes
+            squares = np.maximum((chords**2).sum(axis=1), np.finfo(float).tiny)
+            along = (ahead * chords).sum(axis=1) / squares
+            off = np.linalg.norm(ahead - along[:, None] * chords, axis=1)
+            if ((along >= 0.0) & (along <= 1.0) & (off <= _SAME_CURVE * np.sqrt(squares))).any():
+                return True
+        return False
 
     def _way(self, problem: CurveProblem, u: Array, direction: int, most: int = 0) -> Path:
         steps = replace(self.steps, max_points=most) if most else self.steps
@@ -283,24 +315,47 @@ class Walk:
         problem = OrbitProblem(
             varied(self.motion.system, fixed), place.itinerary, (self.names[free],)
         )
+        fixed_at = float(place.p[place.index])
+        equations = (place.index, fixed_at, *_legs_of(place.itinerary))
+        retraced = False
         for direction in (1, -1):
             start = (problem, place.u, place.p, free, direction)
             probe = self._branch(*start, tangent=place.tangent, most=3)
             first = probe.points[1] if len(probe.points) > 1 else None
             if first is None or not _is_stable(problem, first.u, first.p):
                 continue
+            z = np.append(first.u, np.insert(first.p, place.index, fixed_at))
+            if self._passed(problem, equations, z):
+                retraced = True
+                continue
             path = self._branch(*start, tangent=place.tangent)
-            values = np.empty((len(path.points), 2))
-            values[:, place.index] = place.p[place.index]
-            values[:, free] = [point.p[0] for point in path.points]
+            count = len(path.points)
+            values = np.insert(path.p.reshape(count, 1), place.index, fixed_at, axis=1)
+            z = np.hstack((path.u.reshape(count, len(place.u)), values))
+            arc = Arc(values, None, equations, z)
             if path.end is PathEnd.INTERRUPTED:
-                return Arc(values, None), KeyboardInterrupt()
+                return arc, KeyboardInterrupt()
             found = self._end_of(problem, path, free)
             if found is not None:
                 values[-1, free] = found.value
-                return Arc(values, None), found
-            return Arc(values, None), OnBound(place.itinerary, path.points[-1].u, values[-1], free)
+                return arc, found
+            return arc, OnBound(place.itinerary, path.points[-1].u, values[-1], free)
+        if retraced:
+            raise Lost(f"the border comes back along the bound at {_numbers(place.p)}")
         raise Lost(f"no stable motion along the bound at {_numbers(place.p)}")
+
+
+def _equations_of(problem: CurveProblem) -> Hashable:
+    return problem.kind, problem.test, *_legs_of(problem.itinerary)
+
+
+def _legs_of(itinerary: _core.Itinerary) -> tuple[Hashable, ...]:
+    return tuple(itinerary.legs), tuple(itinerary.clocks), itinerary.periods
+
+
+def _arc_of(problem: CurveProblem, curve: BifurcationCurve) -> Arc:
+    z = np.hstack((curve.nodes.reshape(len(curve.values), -1), curve.values))
+    return Arc(curve.values, curve, _equations_of(problem), z)
 
 
 def _is_stable(problem: OrbitProblem, u: Array, p: Array) -> bool:
