@@ -54,9 +54,9 @@ pub struct Spectrum {
     pub exponents: [f64; 4],
     /// Their standard errors, from the means of ten blocks; 0 for -inf.
     pub errors: [f64; 4],
-    /// Time they are measured over,
+    /// Time they are measured over.
     pub time: f64,
-    /// and the impacts in it; those left out in complete chatter are not counted.
+    /// Impacts in that time; those left out in complete chatter are not counted.
     pub impacts: u64,
     /// Times since the measurement began,
     pub history_time: Vec<f64>,

@@ -57,9 +57,9 @@ pub struct StructureCycle<'a> {
 pub struct StopCondition {
     /// What vanishes.
     pub border: Border,
-    /// Number of the leg,
+    /// Number of the leg.
     pub leg: usize,
-    /// and of the stop.
+    /// Number of the stop.
     pub stop: usize,
 }
 
@@ -108,11 +108,11 @@ struct Strike {
     approach_velocity: f64,
     impact: StopInRegime,
     post: StructureState,
-    /// Derivative of the state after it by that before, (2N, 2N),
+    /// Derivative of the state after it by that before, (2N, 2N).
     through: DMatrix<f64>,
-    /// by u alone: the stop's own velocity is part of it,
+    /// Derivative of it by u alone: the stop's own velocity is part of it.
     by_rate: DVector<f64>,
-    /// and by r and mu.
+    /// Derivatives of it by r and mu.
     by_law: [DVector<f64>; 2],
     /// dg by the state, and partial derivatives of g and u by time.
     normal: DVector<f64>,

@@ -331,9 +331,9 @@ fn fresh(
 pub(super) trait OnBranch {
     /// Where its run ends.
     type State: Clone;
-    /// What became of it,
+    /// What became of it.
     fn status(&self) -> PointStatus;
-    /// and its last state, if it has a run.
+    /// Its last state, if it has a run.
     fn end(&self) -> Option<Self::State>;
 }
 

@@ -52,14 +52,14 @@ pub trait Others: Clone + PartialEq + std::fmt::Debug {
 /// which it is written plays a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
-    /// Of times,
+    /// Of times.
     pub time: f64,
-    /// of coordinates and of velocities,
+    /// Of coordinates and of velocities.
     pub place: f64,
     pub speed: f64,
-    /// of g',
+    /// Of g'.
     pub rate: f64,
-    /// and of the velocity of slip; infinite where the velocities tell it.
+    /// Of the velocity of slip; infinite where the velocities tell it.
     pub slip: f64,
 }
 

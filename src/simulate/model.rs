@@ -66,11 +66,11 @@ pub struct Struck<M: Model> {
     pub pre: M::State,
     /// What it does.
     pub impact: M::Impact,
-    /// The flight after it,
+    /// The flight after it.
     pub flight: M::Flight,
-    /// which is a free one, or one in contact,
+    /// Whether that is a free one, or one in contact.
     pub phase: Phase<M::Mode>,
-    /// and begins on these contacts.
+    /// The contacts on which it begins.
     pub touching: M::Touching,
 }
 
@@ -95,9 +95,9 @@ pub enum Follows<M: Model> {
 pub struct ChatterView {
     /// How friction acted.
     pub regime: RegimeKind,
-    /// u before,
+    /// u before it.
     pub approach: f64,
-    /// and -u after it.
+    /// -u after it.
     pub separation: f64,
     /// Coefficient of restitution of this and of all lower impacts; NaN where theirs is another.
     pub restitution: f64,
@@ -189,13 +189,13 @@ pub trait Model: Clone + PartialEq + Debug + Send + Sync {
         start: Start,
         grazed: u32,
     ) -> ContactReport<Self::Touched>;
-    /// The state that a search met,
+    /// The state that a search met.
     fn touched(
         motion: &Self::Motion,
         flight: &Self::Flight,
         touch: &Touch<Self::Touched>,
     ) -> Self::State;
-    /// and the number of the contact.
+    /// The number of the contact that a search met.
     fn contact_of(touched: &Self::Touched) -> u32;
     /// Whether a number out of range is the law's doing.
     fn diverges_by_law(&self) -> bool;

@@ -21,9 +21,9 @@ pub enum StopLeg {
     Impact {
         /// Which stop.
         stop: usize,
-        /// Its regime,
+        /// Its regime.
         regime: RegimeKind,
-        /// and the sign of the slip before it, 0 without friction.
+        /// The sign of the slip before it, 0 without friction.
         direction: i8,
     },
     /// A motion without impacts: alone.

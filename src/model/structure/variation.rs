@@ -11,17 +11,17 @@ use crate::model::restitution::{MOST_NUMBERS, RestitutionCurve};
 /// How the numbers of a stop vary.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StopVariation {
-    /// Derivative of its gap,
+    /// Derivative of its gap.
     pub gap: f64,
-    /// of its restitution,
+    /// Derivative of its restitution.
     pub restitution: f64,
-    /// of its friction,
+    /// Derivative of its friction.
     pub friction: f64,
     /// of the amplitude of its motion,
     pub amplitude: f64,
-    /// of its phase,
+    /// Derivative of its phase.
     pub phase: f64,
-    /// and of the numbers of its restitution curve, in their order.
+    /// Derivatives of the numbers of its restitution curve, in their order.
     pub of_curve: [f64; MOST_NUMBERS],
 }
 

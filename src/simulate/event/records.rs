@@ -160,11 +160,11 @@ pub struct ContactRecord {
     pub normal_force: f64,
     /// Friction on the tip just after the event.
     pub tangential_force: f64,
-    /// Of chatter, else 0: impacts left out,
+    /// Of chatter, else 0: impacts left out.
     pub impacts_skipped: f64,
-    /// time from the last impact to the accumulation point,
+    /// Of chatter, else 0: time from the last impact to the accumulation point.
     pub time_jump: f64,
-    /// bound of the error of time and state.
+    /// Of chatter, else 0: bound of the error of time and state.
     pub error: f64,
 }
 

@@ -35,11 +35,11 @@ pub enum Kept<M: Recorded> {
 
 /// A model whose runs are recorded.
 pub trait Recorded: Model {
-    /// A kept impact,
+    /// A kept impact.
     type ImpactRow: Row;
-    /// graze,
+    /// A kept graze.
     type GrazeRow: Row;
-    /// and event of lasting contact.
+    /// A kept event of lasting contact.
     type ContactRow: Row;
     /// A kept section.
     type Section: Point + PartialEq + Debug + Send + Sync;

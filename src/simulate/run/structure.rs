@@ -32,9 +32,9 @@ pub struct StopImpactRecord {
     pub stop: i64,
     /// q.
     pub q: Coordinates,
-    /// q' before,
+    /// q' before it.
     pub v_pre: Coordinates,
-    /// and after.
+    /// q' after it.
     pub v_post: Coordinates,
     /// u before.
     pub approach_velocity: f64,
@@ -88,11 +88,11 @@ pub struct StopContactRecord {
     pub closed: ClosedStops,
     /// Forces at `stop` just after: against the normal, and along the tangent.
     pub force: [f64; 2],
-    /// Of chatter, else 0: impacts left out,
+    /// Of chatter, else 0: impacts left out.
     pub impacts_skipped: f64,
-    /// time from the last impact to the accumulation point,
+    /// Of chatter, else 0: time from the last impact to the accumulation point.
     pub time_jump: f64,
-    /// bound of the error of time and state.
+    /// Of chatter, else 0: bound of the error of time and state.
     pub error: f64,
 }
 

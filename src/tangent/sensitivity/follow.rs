@@ -62,11 +62,11 @@ pub(super) struct Follower<'a> {
 pub(super) struct Instants {
     pub events: Vec<Clock>,
     pub impacts: Vec<Clock>,
-    /// Where the legs begin and end,
+    /// Where the legs begin and end.
     pub legs: Vec<[Clock; 2]>,
-    /// the numbers of the sections,
+    /// The numbers of the sections.
     pub sections: Vec<i64>,
-    /// and where derivatives become one-sided.
+    /// Where derivatives become one-sided.
     pub marks: Vec<Clock>,
 }
 
@@ -229,12 +229,12 @@ impl<'a> Follower<'a> {
         Ok(self.of.at_fixed_time(columns, &rates, clock))
     }
 
-    /// The time of the last event so far,
+    /// The time of the last event so far.
     pub fn reached(&self) -> f64 {
         self.leg.time
     }
 
-    /// and the derivatives there.
+    /// The derivatives at the last event so far.
     pub fn so_far(&mut self) -> Result<Columns, SensitivityError> {
         self.keep_leg(self.leg.here.clock);
         self.at(self.leg.here.clock)
