@@ -21,6 +21,9 @@ from proved_branches import (
 flint = pytest.importorskip("flint")
 
 
+POSED = ("machine", "parameter", "place", "within", "precision", "pieces")
+
+
 def retold(content):
     """A certificate whose statement says what it claims."""
     from vibroimpact.proof.branch_files import _proof_from
@@ -298,3 +301,13 @@ def test_a_motion_without_impacts_is_not_told_over_two_periods(tmp_path):
 def rewritten(content, path):
     path.write_text(json.dumps(content))
     return path
+
+
+def test_a_bifurcation_that_is_not_enclosed_is_listed_with_its_motion():
+    from vibroimpact.proof.branch_files import branch_proof_of
+
+    posed = {key: copy.deepcopy(grazing_proof().certificate[key]) for key in POSED}
+    proof, _ = branch_proof_of(posed, [("neimark_sacker", 0.335, "1-0")], 0)
+    (left,) = proof.uncovered
+    assert (left.lo, left.hi, left.label) == (0.335, 0.335, "1-0")
+    assert left.why == "neimark_sacker near 0.335, which is not enclosed"

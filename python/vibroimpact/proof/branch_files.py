@@ -34,7 +34,7 @@ _NUMBERS, _OF_STOP = ("drive_frequency", "phase"), ("gap", "restitution", "frict
 
 
 def branch_proof_of(
-    posed: dict[str, Any], known: Sequence[tuple[str, float]], interrupts: int
+    posed: dict[str, Any], known: Sequence[tuple[str, float, str]], interrupts: int
 ) -> tuple[BranchProof, int]:
     """The proof that is found; those of the known bifurcations that are not shown are open.
 
@@ -56,14 +56,15 @@ def branch_proof_of(
         found.append(summary(told) if told else Shown())
     stretches = _stretches(found, posed["within"], _ROOM)
     bifurcations = _bifurcations(found, posed["within"], _ROOM)
-    for kind, value in known:
+    for kind, value, label in known:
         near = _NEAR * abs(value)
         # without a piece nothing of the range is shown, which is said of all of it
         if posed["pieces"] and not any(
             kind == one.kind and one.lo - near <= value <= one.hi + near for one, _ in bifurcations
         ):
             row = [text(value), text(value), f"{kind} near {value:.9g}, which is not enclosed"]
-            posed["pieces"][0]["open"].append(row)
+            alike = [piece for piece in posed["pieces"] if piece["label"] == label]
+            (alike or posed["pieces"])[0]["open"].append(row)
     claims = {
         "stretches": [
             [text(x.lo), text(x.hi), x.verdict, x.stability, x.why, piece] for x, piece in stretches

@@ -86,7 +86,7 @@ def proved_branch(
         "pieces": pieces,
     }
     known = [
-        (str(one.kind), float(one.value))
+        (str(one.kind), float(one.value), str(one.motion.label))
         for one in branch.bifurcations
         if within[0] <= one.value <= within[1] and one.kind != BifurcationKind.NEUTRAL_SADDLE
     ]
