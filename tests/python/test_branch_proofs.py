@@ -78,6 +78,21 @@ def test_a_period_doubling_ends_stability():
     assert "unstable" in [one.stability for one in after]
 
 
+def test_a_period_doubling_of_unstable_motions_is_enclosed():
+    """Another multiplier lies outside of the unit circle on both sides."""
+    doubling = branch().bifurcations[2]
+    moduli = sorted(abs(doubling.motion.multipliers))
+    assert moduli[-1] > 1.2
+    assert abs(moduli[-2] - 1.0) < 1e-9
+    proof = vi.prove(branch(), within=(doubling.value - 1e-7, doubling.value + 1e-7))
+    (found,) = proof.bifurcations
+    assert found.kind == "period_doubling"
+    assert found.hi - found.lo < 2e-15
+    assert found.lo - 1e-12 <= doubling.value <= found.hi + 1e-12
+    assert any(x.lo < found.lo < found.hi < x.hi for x in proof.stretches)
+    assert not proof.uncovered
+
+
 def test_a_graze_is_proved_from_both_sides():
     """The steady oscillation without impacts just reaches a gap of this size.
 

@@ -55,6 +55,11 @@ def proved_branch(
     first = branch.pieces[0].motion(0)
     need_constants(first.system, "proofs of branches")
     machine, place = machine_in_text(first), _place(branch)
+    known = [
+        (str(one.kind), float(one.value), str(one.motion.label))
+        for one in branch.bifurcations
+        if within[0] <= one.value <= within[1] and one.kind != BifurcationKind.NEUTRAL_SADDLE
+    ]
     for parts in _joined(branch, within):
         motion = parts[0].motion(0)
         legs = place if isinstance(place, str) else _legs(parts[0])
@@ -72,12 +77,13 @@ def proved_branch(
                 why = "interrupted" if interrupted else ""
                 try:
                     family = family_of(machine, place, posed)
-                    why = why or _walked(family, visited, within, posed, tubes)
+                    values = [value for _, value, label in known if label == posed["label"]]
+                    why = why or _walked(family, visited, within, values, posed, tubes)
                 except KeyboardInterrupt:
                     why, interrupted = "interrupted", True
                 if why:
                     posed["open"] = [_open(_beyond(visited, posed["tubes"]), why)]
-    posed = {
+    whole = {
         "machine": machine,
         "parameter": name,
         "place": [] if isinstance(place, str) else place,
@@ -85,12 +91,7 @@ def proved_branch(
         "precision": _PRECISION,
         "pieces": pieces,
     }
-    known = [
-        (str(one.kind), float(one.value), str(one.motion.label))
-        for one in branch.bifurcations
-        if within[0] <= one.value <= within[1] and one.kind != BifurcationKind.NEUTRAL_SADDLE
-    ]
-    proof, interrupts = branch_proof_of(posed, known, int(interrupted))
+    proof, interrupts = branch_proof_of(whole, known, int(interrupted))
     return proof, interrupts > 0
 
 
@@ -121,13 +122,14 @@ def _walked(
     family: Family,
     points: Array,
     within: tuple[float, float],
+    events: list[float],
     posed: dict[str, Any],
     tubes: Tubes,
 ) -> str:
     """Fill a piece with tubes; why it ends before the last point, if it does."""
     with ctx.workprec(_PRECISION):
         try:
-            for step in walk(family, points, within):
+            for step in walk(family, points, within, events):
                 posed["tubes"].append(step.posed())
                 tubes.one()
                 if tubes.count >= tubes.most:

@@ -1,8 +1,8 @@
 """Verify a branch: tubes that are joined, and what holds of the motions in them.
 
-The arc of a branch in a tube goes on in the next one: the point at which the first is left lies
-inside the second, where the solution in each plane is unique. Where the parameter rises all along
-an arc, each of its values belongs to one point of the arc.
+The arc of a branch in a tube goes on in the next one: the point where the first is left lies inside
+the second, in each plane of which one solution lies. Where the parameter rises all along an arc,
+each of its values belongs to one point.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from flint import arb, ctx
 
 from .certificate import machine_in, need, numbers
 from .formulas import REGIMES, Number, Refuted, Undecided
-from .parts import OPEN, Arc, Slice, border, multiplier
+from .parts import OPEN, UNDECIDED, Arc, Slice, border, multiplier
 from .tube import TERMS, Family, Tube, image
 from .verifier import CIRCUIT, PASSED
 
@@ -57,14 +57,14 @@ def changed(owner: Any, place: Sequence[Any], value: Number) -> Any:
     return found
 
 
-def tube_in(given: Mapping[str, Any], size: int) -> tuple[Tube, list[arb]]:
-    """A tube of a certificate, and where its parts end."""
+def tube_in(given: Mapping[str, Any], size: int) -> tuple[Tube, list[arb], Sequence[int]]:
+    """A tube of a certificate, where its parts end, and in which to look for a special point."""
     line, radius, axis = numbers(given["line"], arb), numbers(given["radius"], arb), given["axis"]
     need(len(radius) == size and all(r > 0 for r in radius), "a tube without room")
     sound = 2 <= len(line) <= TERMS and all(len(row) == size for row in line)
     need(sound and type(axis) is int and 0 <= axis < size, "a line of another size")
     need(line[1][axis] != 0 and all(row[axis] == 0 for row in line[2:]), "a line that bends")
-    return Tube(line, radius, axis), numbers(given["cuts"], arb)
+    return Tube(line, radius, axis), numbers(given["cuts"], arb), given["asked"]
 
 
 def examine_chain(
@@ -75,18 +75,19 @@ def examine_chain(
     with ctx.workprec(precision):
         family, before = family_of(machine, place, piece), None
         size = len(family.legs) * (2 * machine_in(machine).size + 1) + 1
-        for tube, cuts in [tube_in(given, size) for given in piece["tubes"]]:
+        for tube, cuts, asked in [tube_in(given, size) for given in piece["tubes"]]:
             arc = Arc.of(family, tube, image(family, tube))
             lo = arb(-1) if before is None else tube.place(before)
             if lo is None or not cuts or not cuts[-1] <= 1:
                 raise Undecided("two tubes are not joined")
             need(all(a < b for a, b in pairwise([lo, *cuts])), "parts out of order")
-            yield resolved(arc, [arc.look(a, b) for a, b in pairwise([lo, *cuts])])
+            yield resolved(arc, [arc.look(a, b) for a, b in pairwise([lo, *cuts])], asked)
             before = arc.point(cuts[-1])
 
 
-def resolved(arc: Arc, told: Sequence[Slice]) -> list[Slice]:
+def resolved(arc: Arc, told: Sequence[Slice], asked: Sequence[int] = ()) -> list[Slice]:
     """The parts of a tube, where those about the only special point end at it."""
+    told = [replace(x, stability=UNDECIDED) if k in asked else x for k, x in enumerate(told)]
     # first those between a motion and none, then all of which not everything is shown
     keys: list[Callable[[Slice], bool]] = [lambda x: x.verdict != "undecided", lambda x: x.known]
     for is_known in keys:

@@ -45,12 +45,9 @@ def matrices(rows: Sequence[Sequence[Number]], terms: int) -> Matrices:
     return [arb_mat([[term(x, k) for x in row] for row in rows]) for k in range(terms)]
 
 
-def product(left: Sequence[Any], right: Sequence[Any]) -> list[Any]:
+def product(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
     """The coefficients of a product of matrices, or numbers."""
-    return [
-        sum((left[i] * right[k - i] for i in range(1, k + 1)), left[0] * right[k])
-        for k in range(len(left))
-    ]
+    return [sum((a[i] * b[k - i] for i in range(1, k + 1)), a[0] * b[k]) for k in range(len(a))]
 
 
 def flow(machine: Machine, lasts: Number, terms: int) -> Matrices:

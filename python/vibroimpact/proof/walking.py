@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from .chain import resolved
 from .files import text
 from .formulas import Undecided
 from .near import inverse_of
-from .parts import Arc, Slice
+from .parts import OPEN, Arc, Slice, multiplier
 from .tube import TERMS, Family, Tube, derivative, image, residual
 from .verifier import inside
 
@@ -45,16 +46,19 @@ _HALVINGS, _MOST_OPEN = 30, 64
 _DARKEST, _HASTE, _PATIENCE = 0.6, 5, 12
 #: Halvings after which it is asked whether what is open is about one special point.
 _ASKED = 3
+#: Parts about a bifurcation, as a part of that in which it is; halvings until it is found.
+_ABOUT, _BISECTIONS = (2.0**-8, 2.0**-14, 2.0**-20), 40
 #: Least part of a tube that is kept.
 _WORTH = 0.03
 
 
 @dataclass(frozen=True)
 class Step:
-    """A tube, and what is shown of its parts."""
+    """A tube, what is shown of its parts, and those in which to look for a special point."""
 
     tube: Tube
     told: list[Slice]
+    asked: list[int]
 
     def posed(self) -> dict[str, Any]:
         """As certificates write it."""
@@ -64,6 +68,7 @@ class Step:
             "axis": tube.axis,
             "radius": [text(x) for x in tube.radius],
             "cuts": [text(one.hi) for one in self.told],
+            "asked": self.asked,
         }
 
 
@@ -83,6 +88,42 @@ def parts_of(arc: Arc, lo: arb, hi: arb, patience: int) -> list[Slice]:
             middle = ((begin + end) / 2).mid()
             told[k : k + 1] = [arc.look(begin, middle), arc.look(middle, end)]
     return told
+
+
+def asked_in(arc: Arc, told: list[Slice], events: Sequence[float]) -> list[int]:
+    """Cut parts about bifurcations at which stability does not change; the places of these."""
+    asked: list[int] = []
+    for value in events:
+        for k, one in enumerate(told):
+            unstable = one.verdict == "proved" and one.stability == "unstable"
+            if not (unstable and one.rises and one.values.contains(value)):
+                continue
+            for size in _ABOUT:
+                near = _about(arc, one, value, (one.hi - one.lo).mid() * size)
+                if near is not None:
+                    ends = [one.lo, *near, one.hi]
+                    told[k : k + 1] = [arc.look(a, b) for a, b in pairwise(ends)]
+                    asked = [j + 2 * (j > k) for j in asked] + [k + 1]
+                    break
+            break
+    return asked
+
+
+def _about(arc: Arc, one: Slice, value: float, room: arb) -> list[arb] | None:
+    """The ends of a small part about the only special point there, near a value."""
+    lo, hi = one.lo, one.hi
+    for _ in range(_BISECTIONS):
+        middle = ((lo + hi) / 2).mid()
+        before = (arc.box(middle)[-1].mid() < value) == (one.rises > 0)
+        lo, hi = (middle, hi) if before else (lo, middle)
+    ends = [(lo - room).mid(), (hi + room).mid()]
+    if not one.lo < ends[0] < ends[1] < one.hi:
+        return None
+    try:
+        multiplier(arc, *ends)
+    except OPEN:
+        return None
+    return ends
 
 
 def cut_back(told: list[Slice]) -> list[Slice]:
@@ -267,8 +308,12 @@ def begun(family: Family, points: Array, sizes: Array) -> Course:
     return Course.of(family, y, before, sizes)
 
 
-def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator[Step]:
+def walk(
+    family: Family, points: Array, within: tuple[float, float], events: Sequence[float] = ()
+) -> Iterator[Step]:
     """The tubes along points of a branch, in rows (z, p), as far as they are in a range.
+
+    `events`: where bifurcations may be at which stability does not change.
 
     Raises
     ------
@@ -305,14 +350,15 @@ def walk(family: Family, points: Array, within: tuple[float, float]) -> Iterator
         tries = 0 if pause > 0 else allowed
         whole, told = told, cut_back(told)
         hi = told[-1].hi
-        yield Step(tube, told)
+        ends = told is whole and told[-1].known
+        yield Step(tube, told, asked_in(arc, told, events))
         before = arc.point(hi)
         ahead = np.array([float(x.mid()) for x in tube.coefficients(hi, 1)]) / sizes
         course = Course([x.mid() for x in before], ahead / np.linalg.norm(ahead), sizes)
         place = np.array([float(x) for x in course.y]) / sizes
         # past the last point; a border there is shown from both sides
         beyond += bool(beyond) or progress.move(place, _AHEAD * half)
-        if beyond > _MOST_BEYOND or (beyond and told is whole and told[-1].known):
+        if beyond > _MOST_BEYOND or (beyond and ends):
             return
         # a tube that was too long is tried again some time later
         longest *= _EASE
