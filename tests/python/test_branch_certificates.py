@@ -2,6 +2,7 @@
 
 import copy
 import json
+import types
 
 import numpy as np
 import pytest
@@ -290,12 +291,65 @@ def test_altered_certificates_are_refused_or_state_the_same(tmp_path):
 
 def test_a_motion_without_impacts_is_not_told_over_two_periods(tmp_path):
     """It solves those conditions as well, but repeats earlier."""
-    path = tmp_path / "branch.json"
-    content = saved(grazing_proof(), path)
+    content = saved(grazing_proof(), tmp_path / "branch.json")
     (free,) = [piece for piece in content["pieces"] if piece["label"] == "1-0"]
-    free["m"], free["label"] = 2, "2-0"
-    with pytest.raises(vi.ProofError, match="may repeat earlier"):
-        vi.check_proof(rewritten(content, path))
+    free.update(m=2, label="2-0")
+    with pytest.raises(vi.ProofError):
+        vi.check_proof(rewritten(retold(content), tmp_path / "branch.json"))
+
+
+def test_a_motion_with_impacts_is_not_cut_at_a_section():
+    """The cut may come after the impact; the time between says nothing of the motion."""
+    chain = pytest.importorskip("vibroimpact.proof.chain")
+    proof = grazing_proof().certificate
+    for legs in ([[0, "frictionless"], [-1, "no_impact"]], [[-1, "no_impact"], [0, "passed"]]):
+        posed = {"m": 1, "legs": legs}
+        if legs[0][1] == "frictionless":
+            with pytest.raises(vi.ProofError, match="impacts"):
+                chain.family_of(proof["machine"], proof["place"], posed)
+        else:
+            chain.family_of(proof["machine"], proof["place"], posed)
+
+
+@pytest.mark.parametrize("later", [-10, 10])
+def test_a_cut_outside_of_its_flight_refutes_nothing(later):
+    """Whatever holds at it, such as a gap that is positive there."""
+    chain = pytest.importorskip("vibroimpact.proof.chain")
+    parts = pytest.importorskip("vibroimpact.proof.parts")
+    proof = grazing_proof().certificate
+    piece = next(x for x in proof["pieces"] if x["label"] == "1-0")
+    assert [regime for _, regime in piece["legs"]] == ["passed", "no_impact"]
+    family = chain.family_of(proof["machine"], proof["place"], piece)
+    tube, *_ = chain.tube_in(piece["tubes"][0], 7)
+    box = list(tube.line[0])
+    assert parts.motion(family, box, [flint.arb(-1)])[0] == "disproved"
+    box[5] += later
+    verdict, why = parts.motion(family, box, [flint.arb(-1)])
+    assert (verdict, why) == ("undecided", "a flight may take no time, or is cut outside of it")
+
+
+def test_motions_that_repeat_are_told_by_their_impacts():
+    """With cuts the number of legs says nothing: an impact, a cut, and the same impact again."""
+    verifier = pytest.importorskip("vibroimpact.proof.verifier")
+    formulas = pytest.importorskip("vibroimpact.proof.formulas")
+    start = flint.arb_mat([[0.1], [-0.5], [1], [1], [0]])
+    flight = verifier.Flight(start, flint.arb(1), [], flint.arb_mat(0, 0), [])
+    for legs, flights in (
+        (((0, "frictionless"), (0, "passed"), (0, "frictionless")), [flight] * 3),
+        (((0, "passed"),), [flight]),
+    ):
+        orbit = verifier.Orbit(None, 2, legs)
+        with pytest.raises(formulas.Undecided, match="repeat earlier"):
+            verifier.show_motion(orbit, flights)
+
+
+def test_a_flow_changes_with_what_may_be_zero():
+    """exp(2 G) of x'' + k x = 0 with k = 1 - s h, where s is any number up to 0.001."""
+    tube = pytest.importorskip("vibroimpact.proof.tube")
+    arb, series = flint.arb, flint.arb_series
+    rows = [[arb(0), arb(1)], [series([-1, arb(0, 1e-3)], 2), arb(0)]]
+    _, change = tube.flow(types.SimpleNamespace(rows=rows), arb(2), 2)
+    assert change[0, 0].contains(1e-3 * np.sin(2.0))
 
 
 def rewritten(content, path):

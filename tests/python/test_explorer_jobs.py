@@ -55,8 +55,14 @@ def test_running_work_is_cancelled_from_another_thread():
 
 def test_work_that_waits_is_replaced_and_errors_are_handed_on():
     posted, lane = [], Lane(lambda finish: posted.append(finish), grace=0.0)
-    gate, shown = threading.Event(), []
-    lane.submit(Work(gate.wait, shown.append, shown.append))
+    begun, gate, shown = threading.Event(), threading.Event(), []
+
+    def hold():
+        begun.set()
+        gate.wait()
+
+    lane.submit(Work(hold, shown.append, shown.append))
+    begun.wait()
     lane.submit(Work(lambda: "never", shown.append, shown.append))
 
     def fail():

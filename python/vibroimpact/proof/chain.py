@@ -20,7 +20,7 @@ from .certificate import machine_in, need, numbers
 from .formulas import REGIMES, Number, Refuted, Undecided
 from .parts import OPEN, UNDECIDED, Arc, Slice, border, multiplier
 from .tube import TERMS, Family, Tube, image
-from .verifier import CIRCUIT, PASSED
+from .verifier import CIRCUIT, CUTS, PASSED
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def family_of(machine: Mapping[str, Any], place: Sequence[Any], piece: Mapping[s
     places = product(range(len(machine.get("stops", [0]))), (*REGIMES, PASSED))
     known = {*places, CIRCUIT} >= set(legs) and all(type(k) is int for k, _ in legs)
     need(known and legs and type(m) is int and 0 < m < 10**6, "legs, or m")
-    need(CIRCUIT not in legs or m == 1, "a motion that may repeat earlier")
+    need(CIRCUIT not in legs or all(x in CUTS for _, x in legs), "impacts in no motion without")
     path = ["numbers", *place] if machine["kind"] == "two bodies" else place
     return Family(lambda value: machine_in(changed(machine, path, value)), m, legs)
 

@@ -21,11 +21,9 @@ class Refuted(Exception):
     """The box holds no motion; says why."""
 
 
-#: A ball (arb), or one with a derivative: x + x' h, a power series in h of two terms (arb_series).
-Number: TypeAlias = Any
+Number: TypeAlias = Any  # a ball (arb), or a power series with balls (arb_series)
 Row: TypeAlias = Sequence[Number]
-#: Numbers after an impact; what must be positive, and what is wrong where it is negative.
-Landing: TypeAlias = tuple[list[Number], list[tuple[Number, str]]]
+Landing: TypeAlias = tuple[list[Number], list[tuple[Number, str]]]  # and what must be positive
 
 
 def plain(x: Number) -> arb:

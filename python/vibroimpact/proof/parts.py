@@ -128,7 +128,9 @@ def motion(family: Family, box: Sequence[arb], values: Iterable[arb]) -> tuple[s
     try:
         orbit, each = family.at(box[-1]), iter(values)
         flights = [orbit.flight(k, box[:-1], slopes=False) for k in range(len(orbit.legs))]
-        told = ([(next(each), why) for _, why in flight.conditions] for flight in flights)
+        if not all(flight.duration > 0 for flight in flights):  # of cuts this refutes nothing
+            raise Undecided("a flight may take no time, or is cut outside of it")
+        told = ([(next(each), why) for _, why in flight.conditions[1:]] for flight in flights)
         show_motion(orbit, [replace(x, conditions=y) for x, y in zip(flights, told, strict=True)])
     except Refuted as reason:
         return "disproved", str(reason)
@@ -170,9 +172,9 @@ def border(arc: Arc, lo: arb, hi: arb) -> tuple[str, arb]:
     """Where the only condition of a motion that may be 0 is 0; flights meet no stop up to there."""
 
     def tests(line: Sequence[Number]) -> list[tuple[arb, arb, str]]:
-        # of a leg the first two are the time of flight and the approach velocity
+        # of a leg the first one is the approach velocity, or how far away a stop is
         legs = [enumerate(leg.after()[1]) for leg in arc.family.along(line, 2)]
-        every = [(x, "grazing" if k < 2 else "regime_border") for leg in legs for k, (x, _) in leg]
+        every = [(x, "grazing" if k == 0 else "regime_border") for leg in legs for k, (x, _) in leg]
         return [(term(x, 0), term(x, 1), kind) for x, kind in every]
 
     if motion(arc.family, arc.box(lo.union(hi)), repeat(arb(1))) != ("proved", ""):

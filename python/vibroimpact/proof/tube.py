@@ -54,7 +54,7 @@ def flow(machine: Machine, lasts: Number, terms: int) -> Matrices:
     """exp(tau G), where tau and G depend on h: of the midpoint of tau times that of the rest."""
     given, middle = matrices(machine.rows, terms), term(lasts, 0).mid()
     rest = [term(lasts - middle, k) for k in range(terms)]
-    if any(x != 0 for matrix in given[1:] for x in matrix.entries()):
+    if not all(x.is_zero() for matrix in given[1:] for x in matrix.entries()):
         return product(exponential([x * middle for x in given]), exponential(product(given, rest)))
     found = [(given[0] * middle).exp() * (given[0] * rest[0]).exp()]
     for k in range(1, terms):  # X' = tau' G X
@@ -87,7 +87,6 @@ class Leg:
     flow: list[list[arb_series]]
     last: list[Number]
     end: Number
-    lasts: Number
 
     @classmethod
     def of(cls, orbit: Orbit, k: int, z: Sequence[Number], terms: int) -> Leg:
@@ -97,12 +96,11 @@ class Leg:
         exp = flow(machine, lasts, terms)
         grid = [[arb_series([x[i, j] for x in exp], terms) for j in range(n + 3)] for i in range(n)]
         last = [*(dot(row, first) for row in grid), *machine.drive(end)]
-        return cls(orbit, k, terms, first, grid, last, end, lasts)
+        return cls(orbit, k, terms, first, grid, last, end)
 
     def after(self) -> Landing:
-        """The state after the impact and the gap at it; the conditions, as `Flight` has them."""
-        landing, conditions = self.orbit.after(self.k, self.last, self.end)
-        return landing, [(self.lasts, "the flight time is negative"), *conditions]
+        """The state after the impact and the gap at it; conditions but for the time of flight."""
+        return self.orbit.after(self.k, self.last, self.end)
 
     def moved(self, by: Sequence[Number], later: int) -> list[Number]:
         """What `after` has at w + h^terms `by`, with the time of the end as much `later`."""

@@ -27,6 +27,7 @@ from .near import near_inverse
 Stability = Literal["stable", "unstable", "undecided"]
 CIRCUIT = (-1, "no_impact")  # the leg of a motion without impacts
 PASSED = "passed"  # no impact, in branches: a flight is cut where a gap is largest, g' = 0
+CUTS = (PASSED, CIRCUIT[1])  # ends of legs that are no impacts
 _DEEPEST, _MOST_PIECES, _AFRESH, _NARROWER = 100, 100_000, 32, 8  # of a flight; boxes
 
 
@@ -155,9 +156,10 @@ def show_motion(orbit: Orbit, flights: Sequence[Flight]) -> None:
                 raise Refuted(f"leg {k + 1}: {wrong}")
             if not number > 0:
                 raise Undecided(f"leg {k + 1}: it is open whether {wrong}")
-    count, states = len(flights), [flight.start.entries()[:-3] for flight in flights]
-    for p in range(2, math.gcd(count, orbit.m) + 1):
-        if count % p == orbit.m % p == 0 and all(map(arb.overlaps, states[0], states[count // p])):
+    hits = [k for k in range(len(flights)) if orbit.legs[k - 1][1] not in CUTS]
+    after = [flights[k].start.entries()[:-3] for k in hits] or [[]] * orbit.m
+    for p in range(2, math.gcd(count := len(after), orbit.m) + 1):
+        if count % p == orbit.m % p == 0 and all(map(arb.overlaps, after[0], after[count // p])):
             raise Undecided("it may repeat earlier")
     for k, flight in enumerate(flights):
         show_clear(orbit, k, flight)
