@@ -365,3 +365,80 @@ def test_a_bifurcation_that_is_not_enclosed_is_listed_with_its_motion():
     (left,) = proof.uncovered
     assert (left.lo, left.hi, left.label) == (0.335, 0.335, "1-0")
     assert left.why == "neimark_sacker near 0.335, which is not enclosed"
+
+
+def test_where_a_bifurcation_is_said_to_be_is_not_wider_than_shown(tmp_path):
+    """A wide range could hold two of them, and would cover values of which nothing is shown."""
+    good = saved(grazing_proof(), tmp_path / "branch.json")
+    for low, high in (("0p0", "1p3"), (good["within"][0], None), (None, good["within"][1])):
+        content = copy.deepcopy(good)
+        row = claims(content)[1][0]
+        row[:2] = low or row[0], high or row[1]
+        assert is_refused(retold(content), tmp_path / "branch.json")
+
+
+def test_nothing_is_claimed_twice(tmp_path):
+    """Who counts the bifurcations, or the motions at one value, would count them twice."""
+    good = saved(grazing_proof(), tmp_path / "branch.json")
+    for rows in range(2):
+        content = copy.deepcopy(good)
+        claims(content)[rows].append(claims(content)[rows][0])
+        assert is_refused(retold(content), tmp_path / "branch.json")
+
+
+def test_a_certificate_that_claims_nothing_is_refused(tmp_path):
+    """What is open is told in words that nobody verifies."""
+    content = saved(grazing_proof(), tmp_path / "branch.json")
+    content["claims"] = {"stretches": [], "bifurcations": []}
+    content["pieces"][0]["open"] = [[*content["within"], "open.\nTheorem. It is stable"]]
+    assert is_refused(retold(content), tmp_path / "branch.json")
+
+
+def test_curves_are_counted_by_their_tubes(tmp_path):
+    """Whatever is claimed of them; they may be one and the same."""
+    content = saved(grazing_proof(), tmp_path / "branch.json")
+    content["claims"] = {
+        "stretches": [row for row in claims(content)[0] if row[5] == 0],
+        "bifurcations": [],
+    }
+    for pieces in (content["pieces"], [content["pieces"][0]] * 2):
+        told = retold({**content, "pieces": pieces})
+        again = vi.check_proof(rewritten(told, tmp_path / "branch.json"))
+        assert "form 2 smooth curves, which may be parts of one, and" in again.statement
+
+
+def test_a_graze_is_told_once():
+    """Of a solution that becomes a motion, stability beyond its graze being open at first."""
+    chain = pytest.importorskip("vibroimpact.proof.chain")
+    proof = grazing_proof().certificate
+    piece = next(x for x in proof["pieces"] if x["label"] == "1-0")
+    tube = {**piece["tubes"][0], "asked": [1]}
+    posed = {**piece, "tubes": [tube]}
+    (told,) = chain.examine_chain(proof["machine"], proof["place"], posed, proof["precision"])
+    assert [x.verdict for x in told[:3]] == ["disproved", "disproved", "proved"]
+    assert [x.special for x in told if x.special] == ["grazing"]
+
+
+def test_all_reasons_why_solutions_are_no_motions_are_told():
+    """The nearer of two stops is met first; the other one is met for part of the range alone."""
+    chain = pytest.importorskip("vibroimpact.proof.chain")
+    files = pytest.importorskip("vibroimpact.proof.files")
+    machine = copy.deepcopy(grazing_proof().certificate["machine"])
+    stop, text = machine["stops"][0], files.text
+    machine["stops"] = [stop, {**stop, "gap": text(0.25)}]
+    swing, places = 1.0 / (-3.0 + 0.2j), [0.2485, 0.249, 0.2495, 0.25, 0.2505, 0.26, 0.3, 0.4]
+    middle, half = 0.324, 0.076
+    line = [[text(swing.real), text((2j * swing).real), "0p0", text(middle)], ["0p0"] * 3]
+    line[1].append(text(half))
+    cuts = [text((x - middle) / half) for x in places[:-1]] + ["1p0"]
+    tube = {"line": line, "radius": [text(2.0**-40)] * 4, "axis": 3, "cuts": cuts, "asked": []}
+    posed = {"m": 1, "legs": [[-1, "no_impact"]], "tubes": [tube]}
+    (told,) = chain.examine_chain(machine, ["stops", 0, "gap"], posed, 100)
+    (*_, last) = chain.summary(told).stretches
+    # the swing is 0.3326: beyond, only the other stop is met
+    assert abs(swing) < 0.34
+    assert last[0] < 0.25
+    assert last[1] > 0.39
+    assert {x.why for x in told if x.last > 0.2485} == set(last[4].split(" or "))
+    assert last[4].startswith("leg 1: stop 0 is met")
+    assert "leg 1: stop 1 is met" in last[4]

@@ -24,6 +24,9 @@ _OF_PIECE = {"m", "label", "legs", "tubes", "open"}
 #: Ends of a claimed range are so many doubles inside what is found: another version of the
 #: arithmetic may round more.
 _ROOM = 2
+#: Claims of where a bifurcation is are wider than what is found by no more than so many times its
+#: width, and so many doubles.
+_WIDER = 8
 #: The Ctrl-C that ends a proof with what is verified so far.
 _PATIENCE = 2
 #: How near, as a part of its value, a computed bifurcation is to the one that is enclosed.
@@ -206,16 +209,16 @@ def verified_branch(posed: dict[str, Any], claims: Mapping[str, Any]) -> BranchP
         raise ProofError("a parameter of another name")
     found = _found(posed)
     proof = _proof_from({**posed, "claims": claims}, found)
-    shown = _stretches(found, posed["within"], 0)
-    rows = [row[5] for row in claims["stretches"]]
-    for one, piece in zip(proof.stretches, rows, strict=True):
-        if not any(_is_part(one, other) and piece == place for other, place in shown):
+    if not proof.stretches:
+        raise ProofError("nothing is shown")
+    # each claim is held against what is left after that of the one before: none is made twice
+    shown = iter(_stretches(found, posed["within"], 0))
+    for one, row in zip(proof.stretches, claims["stretches"], strict=True):
+        if not any(_is_part(one, other) and row[5] == place for other, place in shown):
             raise ProofError("it claims more than is shown")
-    there = _bifurcations(found, posed["within"], 0)
-    rows = [row[3] for row in claims["bifurcations"]]
-    for event, piece in zip(proof.bifurcations, rows, strict=True):
-        held = (piece == place and _holds(event, other) for other, place in there)
-        if not any(held):
+    there = iter(_bifurcations(found, posed["within"], 0))
+    for event, row in zip(proof.bifurcations, claims["bifurcations"], strict=True):
+        if not any(_holds(event, other) and row[3] == place for other, place in there):
             raise ProofError("it claims more than is shown")
     return proof
 
@@ -226,7 +229,9 @@ def _is_part(one: ProvedStretch, shown: ProvedStretch) -> bool:
 
 
 def _holds(one: ProvedBifurcation, shown: ProvedBifurcation) -> bool:
-    return one.kind == shown.kind and one.lo <= shown.lo and shown.hi <= one.hi
+    width = shown.hi - shown.lo + np.spacing(max(abs(shown.lo), abs(shown.hi)))
+    least, most = shown.lo - _WIDER * width, shown.hi + _WIDER * width
+    return one.kind == shown.kind and least <= one.lo <= shown.lo and shown.hi <= one.hi <= most
 
 
 def label_of(piece: Mapping[str, Any]) -> str:

@@ -27,11 +27,12 @@ def branch_statement(proof: BranchProof) -> str:
         reasons = "; ".join(dict.fromkeys(one.why for one in proof.uncovered))
         return f"Nothing is shown of the branch over {proof.parameter}: {reasons}."
     name, claims = proof.parameter, proof.certificate["claims"]
-    curves = sorted({row[-1] for row in claims["stretches"]})
+    curves = [k for k, piece in enumerate(proof.certificate["pieces"]) if piece["tubes"]]
+    among = "" if len(curves) == 1 else ", which may be parts of one"
     parts = [
         f"Theorem. {machine_sentence(_fixed(proof.certificate))} Let {name} vary. Solutions of the "
-        f"conditions of periodicity form {counted(len(curves), 'smooth curve')}, and the tubes of "
-        "the certificate hold no other one with the same order of impacts and regimes."
+        f"conditions of periodicity form {counted(len(curves), 'smooth curve')}{among}, and the "
+        "tubes of the certificate hold no other one with the same order of impacts and regimes."
     ]
     for one, row in list(zip(proof.stretches, claims["stretches"], strict=True))[:_MOST]:
         told = {
@@ -47,8 +48,8 @@ def branch_statement(proof: BranchProof) -> str:
         )
     for found, row in list(zip(proof.bifurcations, claims["bifurcations"], strict=True))[:_MOST]:
         parts.append(
-            f"On {_curve(row, curves)}, between {found.lo!r} and {found.hi!r}, the {found.label} "
-            f"solutions have exactly one {_KINDS[found.kind]}."
+            f"An arc of {_curve(row, curves)}, of {found.label} solutions, has exactly one "
+            f"{_KINDS[found.kind]}; there {name} lies between {found.lo!r} and {found.hi!r}."
         )
     more = max(0, len(proof.stretches) - _MOST) + max(0, len(proof.bifurcations) - _MOST)
     if more:

@@ -93,7 +93,8 @@ def resolved(arc: Arc, told: Sequence[Slice], asked: Sequence[int] = ()) -> list
     for is_known in keys:
         groups = [list(run) for _, run in groupby(told, is_known)]
         for k in range(1, len(groups) - 1):
-            if not is_known(groups[k][0]):
+            # what follows a special point begins at it, and would tell of it again
+            if not (is_known(groups[k][0]) or groups[k - 1][-1].special):
                 with suppress(*OPEN, Refuted):
                     groups[k] = about(arc, groups[k - 1][-1], groups[k], groups[k + 1][0])
         told = [one for group in groups for one in group]
@@ -124,7 +125,8 @@ def summary(told: Sequence[Slice]) -> Shown:
     shown = Shown(ends=(told[0], told[-1]))
     for _, run in groupby(told, lambda one: (one.verdict, one.stability, one.rises)):
         part = list(run)
-        one, why = part[0], next((x.why for x in part if x.why), "")
+        one, whys = part[0], list(dict.fromkeys(x.why for x in part if x.why))
+        why = " or ".join(whys if one.verdict == "disproved" else whys[:1])
         if one.rises and one.verdict != "undecided":
             low, high = (one.first, part[-1].last)[:: one.rises]
             shown.stretches.append((low.upper(), high.lower(), one.verdict, one.stability, why))
