@@ -1,8 +1,9 @@
 """Maps of single impacts: regimes, effective restitution, loss; and how well they are known.
 
-The laws are homogeneous of degree one in the velocities, so that the angle x1 and the ratio x1'/u
-determine an impact, with x2' = x1' cos x1 - u. With k = cos x1 + mu |sin x1| and x1' cos x1 > 0,
-slip ends within the impact while x1'/u < (1 + r) k/(mbar + k cos x1).
+With a constant r the laws are homogeneous of degree one in the velocities, so that the angle x1 and
+the ratio x1'/u determine an impact, with x2' = x1' cos x1 - u. Else u is given, too. With
+k = cos x1 + mu |sin x1| and x1' cos x1 > 0, slip ends within the impact while
+x1'/u < (1 + r) k/(mbar + k cos x1).
 
 Source: theory page, section 4; Han, Jin & Hu (2004), section 2. All quantities dimensionless.
 """
@@ -13,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._core import COULOMB_LAWS, Regime
-from .arguments import axis, count, reject, vector
+from .arguments import axis, count, number, reject, vector
 from .errors import Interrupted
 from .impact_results import ImpactAgreement, ImpactRegimes
 from .impacts import MOST_STEPS, impact
 from .interruption import interruptible
 from .machine_kinds import need_system
-from .restitution import constant
+from .restitution import RestitutionCurve
 from .system import System
 
 # Cells of a map along each axis. Even: no column has sin x1 = 0, no row has x1' = 0: there the
@@ -39,6 +40,7 @@ def impact_regimes(
     x1: ArrayLike | None = None,
     velocity_ratio: ArrayLike | None = None,
     steps: int | None = None,
+    approach_velocity: float | None = None,
 ) -> ImpactRegimes:
     """Resolve the impacts of a system on a grid of angle and velocity ratio.
 
@@ -53,6 +55,9 @@ def impact_regimes(
         every regime that the system has (up to 10 where a regime has no upper limit).
     steps
         As in ``impact``.
+    approach_velocity
+        u of all impacts, > 0. Needed where the restitution depends on it, and without influence
+        where it is a number.
 
     Returns
     -------
@@ -61,8 +66,8 @@ def impact_regimes(
     Raises
     ------
     ParameterError
-        If an axis is not a one-dimensional array of finite numbers, at least one, or ``steps`` is
-        out of range.
+        If an axis is not a one-dimensional array of finite numbers, at least one, ``steps`` or
+        ``approach_velocity`` is out of range, or the latter is needed and not given.
 
     Examples
     --------
@@ -76,14 +81,14 @@ def impact_regimes(
     (11, 11)
     """
     need_system(system)
-    constant(system.restitution, "maps of impacts, such as restitution(u) at one speed")
+    u, r = _approach(system, approach_velocity)
     angles = _cells(np.pi / 2) if x1 is None else axis("x1", x1)
     if velocity_ratio is None:
-        ratios = _cells(_widest_ratio(system))
+        ratios = _cells(_widest_ratio(system, r))
     else:
         ratios = axis("velocity_ratio", velocity_ratio)
-    v1 = ratios[:, np.newaxis]
-    table = impact(system, x1=angles, v1=v1, v2=v1 * system.slope(angles) - 1.0, steps=steps)
+    v1 = u * ratios[:, np.newaxis]
+    table = impact(system, x1=angles, v1=v1, v2=v1 * system.slope(angles) - u, steps=steps)
     if not system.is_wall:
         before = 0.5 * table["v1_pre"] ** 2 + 0.5 * table["v2_pre"] ** 2 / system.mass_ratio
         loss = table["energy_loss"] / before
@@ -91,6 +96,7 @@ def impact_regimes(
         loss = np.full(table.shape, np.nan)
     return ImpactRegimes(
         system=system,
+        approach_velocity=u,
         x1=angles,
         velocity_ratio=ratios,
         regime=table["regime"].copy(),
@@ -104,7 +110,19 @@ def _cells(limit: float) -> NDArray[np.float64]:
     return limit * (2.0 * np.arange(_CELLS) + 1.0 - _CELLS) / _CELLS
 
 
-def _widest_ratio(system: System) -> float:
+def _approach(system: System, given: float | None) -> tuple[float, float]:
+    """Return the approach velocity of all impacts, and their coefficient of restitution."""
+    allowed = "a finite number > 0"
+    curve = system.restitution
+    if given is None and isinstance(curve, RestitutionCurve):
+        reject("approach_velocity", given, f"{allowed}, on which the restitution depends")
+    u = 1.0 if given is None else number("approach_velocity", given, allowed)
+    if not u > 0.0:
+        reject("approach_velocity", u, allowed)
+    return u, float(curve(u)) if isinstance(curve, RestitutionCurve) else curve
+
+
+def _widest_ratio(system: System, r: float) -> float:
     """Return a ratio beyond which impacts with x1' cos x1 > 0 only slip.
 
     There P* = (1 + r) P_f means x1'/u = (1 + r) k/(mbar + k cos x1), k = cos x1 + mu |sin x1|.
@@ -113,13 +131,17 @@ def _widest_ratio(system: System) -> float:
     slope = system.slope(x1)
     k = slope + system.friction * system.tip(x1)
     slows = system.mass_ratio + k * slope
-    border = np.minimum((1.0 + system.restitution) * k, _WIDEST * slows) / slows
+    border = np.minimum((1.0 + r) * k, _WIDEST * slows) / slows
     return min(_MARGIN * float(border.max()), _WIDEST)
 
 
 @interruptible
 def impact_agreement(
-    system: System, *, steps: ArrayLike = (30, 100, 300, 1000, 3000), cells: int = 31
+    system: System,
+    *,
+    steps: ArrayLike = (30, 100, 300, 1000, 3000),
+    cells: int = 31,
+    approach_velocity: float | None = None,
 ) -> ImpactAgreement:
     """Compare the exact impulse path with the incremental integration, regime by regime.
 
@@ -134,6 +156,8 @@ def impact_agreement(
         At least two different numbers of steps.
     cells
         Grid points along each axis, at least 2.
+    approach_velocity
+        As in ``impact_regimes``.
 
     Returns
     -------
@@ -156,7 +180,7 @@ def impact_agreement(
     (3, 6, 2)
     """
     need_system(system)
-    constant(system.restitution, "maps of impacts, such as restitution(u) at one speed")
+    u, r = _approach(system, approach_velocity)
     cells = count("cells", cells, least=2)
     numbers = [
         count("steps", number, least=1, most=MOST_STEPS)
@@ -166,8 +190,8 @@ def impact_agreement(
         reject("steps", steps, "at least two different numbers")
     # An odd number of cells puts the middle of one at 0.
     middles = (2.0 * np.arange(cells) + 1.0 - cells) / cells
-    x1, v1 = np.pi / 2 * middles, _widest_ratio(system) * middles[:, np.newaxis]
-    v2 = v1 * system.slope(x1) - 1.0
+    x1, v1 = np.pi / 2 * middles, u * _widest_ratio(system, r) * middles[:, np.newaxis]
+    v2 = v1 * system.slope(x1) - u
     difference: NDArray[np.float64] = np.full(
         (len(COULOMB_LAWS), len(Regime), len(numbers)), np.nan
     )
@@ -183,11 +207,12 @@ def impact_agreement(
                 for regime in Regime:
                     chosen = exact["regime"] == regime
                     if chosen.any():
-                        difference[row, regime, column] = off[chosen].mean()
+                        difference[row, regime, column] = off[chosen].mean() / u
     except KeyboardInterrupt:
         interrupted = True
     result = ImpactAgreement(
         system=system,
+        approach_velocity=u,
         laws=COULOMB_LAWS,
         steps=np.array(numbers),
         difference=difference,
@@ -205,7 +230,7 @@ def _near(number: int) -> NDArray[np.int64]:
 
 
 def _difference(system: System, exact: NDArray[np.void], steps: int) -> NDArray[np.float64]:
-    """Return the larger difference of the two velocities after each impact; u is 1."""
+    """Return the larger difference of the two velocities after each impact."""
     x1, v1, v2 = exact["x1"], exact["v1_pre"], exact["v2_pre"]
     stepped = impact(system, x1=x1, v1=v1, v2=v2, steps=int(steps))
     result: NDArray[np.float64] = np.maximum(

@@ -25,12 +25,15 @@ class ImpactRegimes(FixedArrays, Shown):
     """What every impact of a system does, on a grid; all arrays are read-only.
 
     The laws are homogeneous: twice the velocities, twice the outcome. So the angle x1 and the
-    velocity ratio x1'/u determine an impact, with x2' = x1' cos x1 - u.
+    velocity ratio x1'/u determine an impact, with x2' = x1' cos x1 - u. A restitution that depends
+    on u is taken at one u.
 
     Attributes
     ----------
     system
         The system.
+    approach_velocity
+        u of all impacts; without influence where the restitution is a number.
     x1
         Angles, shape (n,).
     velocity_ratio
@@ -58,6 +61,7 @@ class ImpactRegimes(FixedArrays, Shown):
     """
 
     system: System
+    approach_velocity: float
     x1: NDArray[np.float64]
     velocity_ratio: NDArray[np.float64]
     regime: NDArray[np.int64]
@@ -127,6 +131,8 @@ class ImpactAgreement(FixedArrays, Shown):
     ----------
     system
         The system; its own law has no influence.
+    approach_velocity
+        As in `ImpactRegimes`.
     laws
         Names of the laws, l of them.
     steps
@@ -151,6 +157,7 @@ class ImpactAgreement(FixedArrays, Shown):
     """
 
     system: System
+    approach_velocity: float
     laws: tuple[str, ...]
     steps: NDArray[np.int64]
     difference: NDArray[np.float64]

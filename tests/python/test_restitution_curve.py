@@ -273,11 +273,9 @@ def test_hostile_power_laws(given, message):
 def test_what_needs_a_number_says_so():
     here = system(TABLE)
     run = vi.simulate(here, initial=START, periods=600, keep=60)
-    stop = "restitution = RestitutionTable"
     for message, call in (
-        (stop, lambda: vi.impact_regimes(here)),
-        (stop, lambda: vi.periodic_motions(here, 1)),
-        (stop, lambda: vi.motion_map(here, drive_frequency=[1.0, 1.5])),
+        ("approach_velocity = None", lambda: vi.impact_regimes(here)),
+        ("approach_velocity = None", lambda: vi.impact_agreement(here)),
         ("restitution", lambda: run.sensitivity("restitution")),
         ("restitution", lambda: vi.bifurcation_diagram(
             here, restitution=[0.5], initial=START, periods=5)),

@@ -12,6 +12,7 @@ from ..extras import missing
 from ..interruption import interruptible
 from ..orbits.branch import Branch
 from ..orbits.motion import PeriodicMotion
+from ..restitution import need_constants
 from ..single_impact.results import PeriodicMotions
 from ..structure_motion import StructureOrbit
 from .branch_result import BranchProof
@@ -117,6 +118,7 @@ def prove(
     if within is not None:
         reject("within", within, "None: only a branch has a range of a parameter")
     if isinstance(motion, PeriodicMotions):
+        need_constants(motion.system, "proofs that motions are all")
         _need_flint()
         from .solutions_files import all_proved
 

@@ -123,9 +123,12 @@ class Conditions:
         Coefficients of D.
     cosine, sine
         Coefficients (p, q, s) of Nc and of Ns; s is 0 without constant loads.
+    rho
+        r/(1 + r).
     """
 
     parameters: Parameters
+    rho: Interval
     first: Flight
     second: Flight
     d: Quadratic
@@ -142,6 +145,7 @@ class Conditions:
 
         return Conditions(
             parameters=self.parameters.part(part),
+            rho=self.rho[part],
             first=self.first.part(part),
             second=self.second.part(part),
             d=of(self.d),
@@ -191,12 +195,6 @@ class Conditions:
         put(matrix, (4, 2), rho * (mbar + kappa.square()))
         return matrix, rhs
 
-    @property
-    def rho(self) -> Interval:
-        """r/(1 + r)."""
-        r = Interval(self.parameters.restitution)
-        return r / (1.0 + r)
-
     def contact(self, x1: Interval) -> tuple[Interval, Interval, Interval]:
         """Return sigma(x1) and its first two derivatives."""
         if self.parameters.oblique:
@@ -221,19 +219,9 @@ def conditions(parameters: Parameters) -> Conditions:
     first = flight(par.n, par.frequency_ratio, par.pendulum_damping, *loads[0], omega)
     second = flight(par.n, ones, par.oscillator_damping, *loads[1], omega)
     second = rigid_wall(second, par.at_rest)
-    one, zero = Interval(ones), Interval(0.0 * ones)
+    zero = Interval(0.0 * ones)
     mbar, r = Interval(par.mass_ratio), Interval(par.restitution)
     rho = r / (1.0 + r)
-
-    def columns(body: Flight) -> dict[str, tuple[Interval, Interval]]:
-        return {
-            "v": (-body.a12, body.c22),
-            "e": (zero, one),
-            "c": (-body.gx.re, -body.gv.re),
-            "s": (body.gx.im, body.gv.im),
-            "q": (-body.c11, body.a21),
-            "h": (body.hx, body.hv),
-        }
 
     one_of, two_of = columns(first), columns(second)
     loaded, none = par.has_loads, (zero, zero, zero)
@@ -241,11 +229,11 @@ def conditions(parameters: Parameters) -> Conditions:
     # Each is needed several times.
     @cache
     def a(left: str, right: str) -> Interval:
-        return _cross(one_of[left], one_of[right])
+        return cross(one_of[left], one_of[right])
 
     @cache
     def b(left: str, right: str) -> Interval:
-        return _cross(two_of[left], two_of[right])
+        return cross(two_of[left], two_of[right])
 
     def cramer(c: str, s: str, c2: str, s2: str) -> Quadratic:
         """Determinant with columns c, s of body 1 and c2, s2 of body 2; "" is a column of zeros."""
@@ -272,6 +260,7 @@ def conditions(parameters: Parameters) -> Conditions:
 
     return Conditions(
         parameters=par,
+        rho=rho,
         first=first,
         second=second,
         d=cramer("c", "s", "c", "s"),
@@ -293,5 +282,19 @@ def _sum(one: Quadratic, other: Quadratic) -> Quadratic:
     return one[0] + other[0], one[1] + other[1], one[2] + other[2]
 
 
-def _cross(a: tuple[Interval, Interval], b: tuple[Interval, Interval]) -> Interval:
+def columns(body: Flight) -> dict[str, tuple[Interval, Interval]]:
+    """Return a body's two rows of the conditions by column; "e" is that of an impulse of 1."""
+    ones = np.ones(body.c11.lo.shape)
+    return {
+        "v": (-body.a12, body.c22),
+        "e": (Interval(0.0 * ones), Interval(ones)),
+        "c": (-body.gx.re, -body.gv.re),
+        "s": (body.gx.im, body.gv.im),
+        "q": (-body.c11, body.a21),
+        "h": (body.hx, body.hv),
+    }
+
+
+def cross(a: tuple[Interval, Interval], b: tuple[Interval, Interval]) -> Interval:
+    """Return the determinant of two columns."""
     return a[0] * b[1] - a[1] * b[0]

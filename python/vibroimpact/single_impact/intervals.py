@@ -154,6 +154,14 @@ class Interval:
         """Return e^x - 1."""
         return Interval(_expm1(self.lo).lo, _expm1(self.hi).hi)
 
+    def exp(self) -> "Interval":
+        """Return e^x."""
+        # A 32nd of x, so that 1 + (e^x - 1) keeps its digits.
+        power = 1.0 + (self * 0.03125).expm1()
+        for _ in range(5):
+            power = power.square()
+        return power
+
     def sin(self) -> "Interval":
         """Return sin x."""
         return self._waves()[0]

@@ -15,19 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core, keyword_types
-from .._core import PARAMETERS
 from ..arguments import axis, count
 from ..errors import Interrupted, ParameterError
 from ..interruption import interruptible
 from ..machine_kinds import need_system
 from ..orbits.motion import PeriodicMotion, all_inside, multipliers_of
 from ..orbits.verdict import MAX_EVENTS
-from ..restitution import constant
 from ..system import System
 from .algebraic import Parameters, conditions
+from .curved import Curved
+from .curved_search import search_curved
 from .motions import CHECKED, check_columns, limits_of, motions_in, one_impact
 from .results import SOLUTION_DTYPE, STATE, MotionMap
 from .solutions import Solutions, lost, nodes_after, reach_of, solve_many
+from .starts import starts_in
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,8 @@ def motion_map(
     **parameters
         One or two numeric fields of System with arrays of their values; for a range use
         ``numpy.linspace``, e.g.
-        ``drive_frequency=np.linspace(0.2, 3, 561)``.
+        ``drive_frequency=np.linspace(0.2, 3, 561)``. Also numbers of a restitution curve; with one
+        every point is searched on its own, which takes some 100 times as long.
 
     Returns
     -------
@@ -82,10 +84,9 @@ def motion_map(
     (3,)
     """
     need_system(system)
-    constant(system.restitution, "intervals of one unknown (search_motions takes it)")
     n = count("n", n, least=1, most=100_000)
     limits = None if within is None else limits_of(within)
-    grid = _grid(dict(parameters))
+    grid = _grid(system, dict(parameters))
     size = int(np.prod([len(values) for values in grid.values()]))
     undecided = np.zeros(size, dtype=np.int64)
     empty = np.zeros(size, dtype=np.bool_)
@@ -128,11 +129,12 @@ def motion_map(
     return result()
 
 
-def _grid(parameters: Mapping[str, Any]) -> dict[str, Array]:
-    if not 1 <= len(parameters) <= 2 or not set(parameters) <= set(PARAMETERS):
+def _grid(system: System, parameters: Mapping[str, Any]) -> dict[str, Array]:
+    known = system._numbers_by_name
+    if not 1 <= len(parameters) <= 2 or not set(parameters) <= set(known):
         given = ", ".join(parameters) or "nothing"
         raise ParameterError(
-            f"the varied parameters must be one or two of {', '.join(PARAMETERS)}; got {given}"
+            f"the varied parameters must be one or two of {', '.join(known)}; got {given}"
         )
     grid = {name: axis(name, values) for name, values in parameters.items()}
     size = int(np.prod([len(values) for values in grid.values()]))
@@ -166,14 +168,17 @@ class _Batch:
 def _batches(system: System, n: int, grid: Mapping[str, Array]) -> Iterator[_Batch]:
     columns = np.meshgrid(*grid.values(), indexing="ij")
     values = np.stack([column.ravel() for column in columns], axis=1)
-    for start in range(0, len(values), BATCH):
-        yield _Batch(system, n, list(grid), start, values[start : start + BATCH])
+    size = BATCH if isinstance(system.restitution, float) else 1
+    for start in range(0, len(values), size):
+        yield _Batch(system, n, list(grid), start, values[start : start + size])
 
 
 def _solve(
     batch: _Batch, within: tuple[float, float] | None
 ) -> tuple[NDArray[np.void], NDArray[np.int64], NDArray[np.bool_]]:
     """Return the rows of some systems, their undecided intervals, and which are empty."""
+    if not isinstance(batch.system.restitution, float):
+        return _solve_curved(batch, within)
     parameters = Parameters.of(batch.system, batch.n, batch.systems)
     equations = conditions(parameters)
     reaches = reach_of(equations)
@@ -196,12 +201,27 @@ def _solve(
     # A box without one simple root is examined on its own.
     for k in np.flatnonzero(~found.isolated):
         number = int(found.which[k])
-        motions, reason = motions_in(
-            batch.at(number), equations.only(number), found.box[k : k + 1], (math.nan,) * 4
-        )
+        starts = starts_in(equations.only(number), found.box[k : k + 1], (math.nan,) * 4)
+        motions, reason = motions_in(batch.at(number), batch.n, starts)
         undecided[number] += bool(reason)
         rows += [_row(number, motion) for motion in motions]
     return np.concatenate(rows), undecided, empty
+
+
+def _solve_curved(
+    batch: _Batch, within: tuple[float, float] | None
+) -> tuple[NDArray[np.void], NDArray[np.int64], NDArray[np.bool_]]:
+    """As `_solve`, of one system whose restitution depends on the approach velocity."""
+    system = batch.at(0)
+    curved = Curved(system, batch.n)
+    (reach,) = reach_of(curved.all())
+    rows, undecided = [np.empty(0, dtype=SOLUTION_DTYPE)], 0
+    if not reach.empty:
+        for starts in search_curved(curved, *(within or (-reach.bound, reach.bound))):
+            motions, reason = motions_in(system, batch.n, starts)
+            undecided += bool(reason)
+            rows += [_row(0, motion) for motion in motions]
+    return np.concatenate(rows), np.array([undecided]), np.array([reach.empty])
 
 
 def _rows(

@@ -1,10 +1,10 @@
 """All period n-1 motions of a system without friction: n drive periods, one impact.
 
-theory page, section 8. Every solution of (35) in x1 is isolated by intervals, made exact to
-rounding by Newton's method on the conditions of periodicity, and given its verdict.
+theory page, section 8. Every solution of (35) in x1 (in `curved_search` of (x1, u), if the
+restitution depends on the approach velocity u) is isolated by intervals, made exact to rounding by
+Newton's method on the conditions of periodicity, and given its verdict.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -19,25 +19,24 @@ from ..machine_kinds import need_system
 from ..orbits.motion import PeriodicMotion
 from ..orbits.shooting import solve_orbit
 from ..orbits.verdict import motion_of
-from ..restitution import constant
+from ..restitution import RestitutionCurve
 from ..system import System
-from .algebraic import Conditions, Parameters, conditions
+from .algebraic import Parameters, conditions
+from .curved import Curved, at_constant
+from .curved_search import search_curved
 from .intervals import Interval
-from .open_phase import FIRST, cuts, is_finite, is_open
+from .open_phase import FIRST
 from .results import PeriodicMotions, Undecided
 from .solutions import (
     LARGEST_ANGLE,
-    Solutions,
     lost,
     nodes_after,
     reach_of,
     solve_many,
-    states_before,
 )
+from .starts import Starts, State, starts_in, state_of
 
 Array = NDArray[np.float64]
-# (x1, v1, v2, phase) just before the impact.
-State = tuple[float, float, float, float]
 
 # Newton's method may move x1 beyond its box by so many units of rounding.
 _SLACK = 256.0 * float(np.finfo(float).eps)
@@ -48,6 +47,8 @@ def periodic_motions(
     system: System, n: int = 1, *, within: tuple[float, float] | None = None
 ) -> PeriodicMotions:
     """Find all motions of n drive periods with one impact, by solving (35) in the angle x1.
+
+    Where the restitution depends on the approach velocity, in both together.
 
     Parameters
     ----------
@@ -80,13 +81,16 @@ def periodic_motions(
     >>> motions = vi.periodic_motions(system)
     >>> [motion.stability for motion in motions if motion.admissible]
     ['unstable', 'unstable', 'stable', 'unstable', 'unstable', 'unstable', 'unstable', 'unstable']
+    >>> yields = system.replace(restitution=vi.RestitutionPowerLaw(0.9, 0.05))
+    >>> [motion.stability for motion in vi.periodic_motions(yields) if motion.admissible]
+    ['stable']
     """
     need_system(system)
-    constant(system.restitution, "intervals of one unknown (search_motions takes it)")
     n = count("n", n, least=1, most=100_000)
     check_system(system)
     limits = None if within is None else limits_of(within)
-    equations = conditions(Parameters.of(system, n))
+    curved = Curved(system, n) if isinstance(system.restitution, RestitutionCurve) else None
+    equations = conditions(Parameters.of(system, n)) if curved is None else curved.all()
     (reach,) = reach_of(equations)
     bounded = reach.bounded
     if limits is None:
@@ -113,11 +117,19 @@ def periodic_motions(
 
     left = [limits]
     try:
-        found = solve_many(equations, FIRST, *(np.array([end]) for end in limits))
-        left = list(zip(found.box.lo.tolist(), found.box.hi.tolist(), strict=True))
-        for k in range(len(found)):
-            box = found.box[k : k + 1]
-            inside, reason = motions_in(system, equations, box, _state(found, k))
+        if curved is None:
+            found = solve_many(equations, FIRST, *(np.array([end]) for end in limits))
+            left = list(zip(found.box.lo.tolist(), found.box.hi.tolist(), strict=True))
+            places = (
+                starts_in(equations, found.box[k : k + 1], state_of(found, k))
+                for k in range(len(found))
+            )
+        else:
+            all_places = search_curved(curved, *limits)
+            left = [place.ends for place in all_places]
+            places = (place for place in all_places)
+        for place in places:
+            inside, reason = motions_in(system, n, place)
             boxes += [left[0]] * len(inside)
             motions += inside
             if reason:
@@ -135,32 +147,18 @@ def periodic_motions(
 
 # Beyond the range of floats an interval is the whole line, or NaN, which decides nothing.
 @np.errstate(over="ignore", invalid="ignore")
-def motions_in(
-    system: System, equations: Conditions, box: Interval, state: State
-) -> tuple[list[PeriodicMotion], str]:
-    """Return the motions in a box of x1, and why there may be others, ``""`` if there are none.
-
-    ``state`` is that of the only solution in the box; where there is none such, it is NaN.
-    """
-    starts, reason = [state], ""
-    if math.isnan(state[0]):
-        starts, reason = _decided(equations, box)
-    motions = []
-    for start in starts:
-        motion = _motion(system, equations, start)
-        if motion is None or not _in(box, motion.state[0]):
+def motions_in(system: System, n: int, found: Starts) -> tuple[list[PeriodicMotion], str]:
+    """Return the motions in a box of x1, and why there may be others, ``""`` if there are none."""
+    motions, reason = [], found.reason
+    for start in found.states:
+        motion = solve_orbit(system, *_legs(system, n, start))
+        if not isinstance(motion, PeriodicMotion) or not _in(found.box, motion.state[0]):
             reason = "Newton's method does not find the solution in it"
         elif bool(lost(system.drive_frequency, motion.approach_velocity, *motion.state[:3])):
             reason = "a solution whose approach velocity is lost in rounding"
         else:
             motions.append(motion)
     return motions, reason
-
-
-def _motion(system: System, equations: Conditions, start: State) -> PeriodicMotion | None:
-    """Make a solution exact to rounding, with its verdict."""
-    found = solve_orbit(system, *_legs(system, equations.parameters.n, start))
-    return found if isinstance(found, PeriodicMotion) else None
 
 
 def motion_at(system: System, n: int, state: State) -> PeriodicMotion:
@@ -170,7 +168,7 @@ def motion_at(system: System, n: int, state: State) -> PeriodicMotion:
 
 def _legs(system: System, n: int, state: State) -> tuple[_core.Itinerary, Array]:
     """Return the one leg of a motion, and its node just after the impact."""
-    parameters = Parameters.of(system, n)
+    parameters = Parameters.of(at_constant(system, state), n)
     (at_rest,) = parameters.at_rest.tolist()
     nodes = nodes_after(parameters, FIRST, *np.array([state]).T)
     return one_impact(n, wall_at_rest=at_rest), nodes
@@ -179,28 +177,6 @@ def _legs(system: System, n: int, state: State) -> tuple[_core.Itinerary, Array]
 def one_impact(n: int, *, wall_at_rest: bool) -> _core.Itinerary:
     """Return the one leg of a motion with an impact in n drive periods."""
     return _core.Itinerary([Leg.impact(Regime.FRICTIONLESS)], n, None, wall_at_rest)
-
-
-def _state(found: Solutions, k: int) -> State:
-    columns = (found.x1, found.v1, found.v2, found.phase)
-    x1, v1, v2, phase = (float(column[k]) for column in columns)
-    return x1, v1, v2, phase
-
-
-def _decided(equations: Conditions, box: Interval) -> tuple[list[State], str]:
-    """Return the solutions in a box in which F has no simple root, and why it is undecided."""
-    if not is_finite(equations, box):
-        return [], "numbers beyond the range of floats"
-    if not is_open(equations, float(box.middle[0])):
-        return [], "a double root, or two roots too close to tell apart"
-    points, complete = cuts(equations, box)
-    values = np.array(points).reshape(-1, 6)
-    which = np.zeros(len(points), dtype=np.int64)
-    sure = np.ones(len(points), dtype=bool)
-    at = Interval(values[:, 0])
-    found = states_before(equations, which, at, sure, values[:, 0], values[:, 1:])
-    reason = "" if complete else "the conditions leave the drive phase open here"
-    return [_state(found, k) for k in range(len(found))], reason
 
 
 def _in(box: Interval, x1: float) -> bool:

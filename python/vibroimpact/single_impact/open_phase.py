@@ -9,6 +9,7 @@ Cloud, Introduction to Interval Analysis, SIAM 2009, section 8.2).
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from .algebraic import Conditions
 from .intervals import EPS, Interval, join, matmul
 
 Array = NDArray[np.float64]
+Function = Callable[[Interval], Interval]
 
 # Ratio of extreme singular values below which (31) leaves the phase open, and above which the
 # other four conditions count as independent.
@@ -31,13 +33,13 @@ FIRST = np.zeros(1, dtype=np.int64)
 
 def is_finite(equations: Conditions, box: Interval) -> bool:
     """Whether the conditions at all x1 of a box of shape (1,) have floats for numbers."""
-    matrix, rhs = _scaled(equations, box, _units(equations))
+    matrix, rhs = _scaled(equations, box, units_of(equations))
     return all(np.isfinite(ends).all() for ends in (matrix.lo, matrix.hi, rhs.lo, rhs.hi))
 
 
 def is_open(equations: Conditions, x1: float) -> bool:
     """Whether (31) is singular at x1 to rounding."""
-    matrix, _ = _scaled(equations, Interval(np.array([x1])), _units(equations))
+    matrix, _ = _scaled(equations, Interval(np.array([x1])), units_of(equations))
     sizes = np.linalg.svd(matrix.middle, compute_uv=False)
     return bool(sizes[4] <= _OPEN * sizes[0])
 
@@ -50,7 +52,33 @@ def cuts(equations: Conditions, box: Interval) -> tuple[list[Array], bool]:
     solutions, complete
         (x1, V, W, P, cos psi, sin psi) of each, and whether these are proved to be all.
     """
-    units = _units(equations)
+    units = units_of(equations)
+    around, complete = hulls(equations, box)
+
+    def residual(point: Interval) -> Interval:
+        return residual_of(equations, point, units)
+
+    def jacobian(point: Interval) -> Interval:
+        return jacobian_of(equations, point, units)
+
+    solutions: list[Array] = []
+    for hull in around:
+        found = one_solution(residual, jacobian, hull)
+        if found is None:
+            return solutions, False
+        solutions.append(found)
+    return solutions, complete
+
+
+def hulls(equations: Conditions, box: Interval) -> tuple[list[Interval], bool]:
+    """Enclose the solutions in a box of x1, also for an interval of rho.
+
+    Returns
+    -------
+    hulls, complete
+        Of (x1, V, W, P, cos psi, sin psi), and whether all solutions are proved to be in them.
+    """
+    units = units_of(equations)
     matrix, rhs = _scaled(equations, box, units)
     if bool(((matrix.largest <= _TINY).all(axis=1) & ~rhs.holds_zero).any()):
         return [], True
@@ -87,21 +115,20 @@ def cuts(equations: Conditions, box: Interval) -> tuple[list[Array], bool]:
     rest = mixed.square() - square * (base.square()[0] + base.square()[1] - 1.0)
     if rest.hi < 0.0:
         return [], True
+    roots = [-rest.sqrt(), rest.sqrt()]
     if rest.lo <= 0.0:
-        return [], False
-    solutions: list[Array] = []
-    for root in (-rest.sqrt(), rest.sqrt()):
+        # The line may touch the circle: one hull for both cuts.
+        roots = [Interval(roots[0].lo, roots[1].hi)]
+    found: list[Interval] = []
+    for root in roots:
         t = (root - mixed) / square
         y = start - slope * t
         z = matmul(Interval(right.T), join(y, t)[:, None])[:, 0]
-        found = _one_solution(equations, join(box, z), units)
-        if found is None:
-            return solutions, False
-        solutions.append(found)
-    return solutions, True
+        found.append(join(box, z))
+    return found, True
 
 
-def _units(equations: Conditions) -> Array:
+def units_of(equations: Conditions) -> Array:
     """Powers of two that bring the rows of (31) near one; the size of what may cancel in them."""
     sizes = []
     for body, kick in (
@@ -123,14 +150,14 @@ def _scaled(equations: Conditions, x1: Interval, units: Array) -> tuple[Interval
     return matrix * units[:, None], rhs * units
 
 
-def _residual(equations: Conditions, point: Interval, units: Array) -> Interval:
+def residual_of(equations: Conditions, point: Interval, units: Array) -> Interval:
     """The five linear conditions and the circle at (x1, z), shape (6,)."""
     matrix, rhs = _scaled(equations, point[:1], units)
     five = matmul(matrix, point[1:, None])[:, 0] - rhs
     return join(five, point[4].square() + point[5].square() - 1.0)
 
 
-def _jacobian(equations: Conditions, point: Interval, units: Array) -> Interval:
+def jacobian_of(equations: Conditions, point: Interval, units: Array) -> Interval:
     """Derivatives of the residual by (x1, z), shape (6, 6)."""
     matrix, _ = _scaled(equations, point[:1], units)
     first, second = (
@@ -151,15 +178,17 @@ def _jacobian(equations: Conditions, point: Interval, units: Array) -> Interval:
     return join(five, circle[None, :])
 
 
-def _one_solution(equations: Conditions, hull: Interval, units: Array) -> Array | None:
+def one_solution(
+    residual: Function, jacobian: Function, hull: Interval, *, steps: int = _NEWTON_STEPS
+) -> Array | None:
     """Return the only solution in ``hull``, or None if that is not proved."""
     centre = hull.middle
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(steps):
         try:
-            inverse = np.linalg.inv(_jacobian(equations, Interval(centre), units).middle)
+            inverse = np.linalg.inv(jacobian(Interval(centre)).middle)
         except np.linalg.LinAlgError:
             return None
-        step = inverse @ _residual(equations, Interval(centre), units).middle
+        step = inverse @ residual(Interval(centre)).middle
         centre = centre - step
         if not np.isfinite(centre).all():
             return None
@@ -170,9 +199,9 @@ def _one_solution(equations: Conditions, hull: Interval, units: Array) -> Array 
     around = Interval(centre - radius, centre + radius)
     # K = m - C F(m) + (1 - C J(X)) (X - m) inside X: exactly one zero in X.
     precondition = Interval(inverse)
-    residual = _residual(equations, Interval(centre), units)
-    rest = np.eye(6) - matmul(precondition, _jacobian(equations, around, units))
-    shift = matmul(rest, (around - centre)[:, None]) - matmul(precondition, residual[:, None])
+    at_centre = residual(Interval(centre))
+    rest = np.eye(len(centre)) - matmul(precondition, jacobian(around))
+    shift = matmul(rest, (around - centre)[:, None]) - matmul(precondition, at_centre[:, None])
     image = centre + shift[:, 0]
     inside = (image.lo > around.lo) & (image.hi < around.hi)
     return centre if bool(inside.all()) and math.isfinite(float(radius.max())) else None

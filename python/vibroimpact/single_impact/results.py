@@ -65,7 +65,8 @@ class PeriodicMotions(Shown, Sequence[PeriodicMotion]):
         The solutions, admissible or not.
     boxes
         Intervals of x1, shape (motions, 2), proved to hold this solution and no other; where x1
-        alone is fixed (a wall at rest) two solutions of different phase may share one.
+        alone is fixed (a wall at rest) two solutions of different phase may share one, and with a
+        restitution that depends on the approach velocity two of different velocity.
     undecided
         Intervals that may hold further solutions, such as an exact double root, or none.
     within
