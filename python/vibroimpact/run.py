@@ -21,7 +21,7 @@ from .period_report import Evidence as Evidence
 from .period_report import PeriodReport as PeriodReport
 from .run_parts import EnergyAudit as EnergyAudit
 from .run_parts import FinalState as FinalState
-from .run_parts import Slopes, clock_rates
+from .run_parts import Slopes, clock_rates, impulses_on_wall
 from .run_parts import read_only as read_only
 from .run_record import RunRecord
 from .showing import Facts
@@ -287,28 +287,34 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         ratio, moved = system.mass_ratio, slopes("mass_ratio")
         if ratio == 0.0 and moved.any():
             return rates  # the energy of what becomes a wall has no derivative
+        # Momentum of both bodies: v2+ - v2- = mbar P, v1+ - v1- = sin(x1) Q - slope P.
+        p, q = (np.asarray(rows[f"impulse_{way}"])[:, None] for way in ("normal", "tangential"))
+        pushed: NDArray[np.float64] | None
+        if ratio > 0.0:
+            pushed = (rates["v2_post"] - rates["v2_pre"] - p * moved) / ratio
+        else:
+            pushed = impulses_on_wall(system, rows, rates, slopes)
         lost = np.zeros_like(time)
         for side, sign in (("pre", 1.0), ("post", -1.0)):
             v1, v2 = (np.asarray(rows[f"{name}_{side}"])[:, None] for name in ("v1", "v2"))
             lost += sign * v1 * rates[f"v1_{side}"]
-            if ratio > 0.0:  # a wall has no energy
+            if ratio > 0.0:
                 lost += sign * (v2 * rates[f"v2_{side}"] / ratio - v2**2 * moved / (2.0 * ratio**2))
+        if ratio == 0.0 and v2.any():  # a wall has no energy, but does work when it moves
+            if pushed is None:
+                return rates
+            lost -= v2 * pushed + rates["v2_pre"] * p
         rates["energy_loss"] = lost
-        # Momentum of both bodies: v2+ - v2- = mbar P, v1+ - v1- = sin(x1) Q - slope P.
-        p, q = (np.asarray(rows[f"impulse_{way}"])[:, None] for way in ("normal", "tangential"))
-        jumps = rates["v1_post"] - rates["v1_pre"]
-        smooth = system.friction == 0.0 and not slopes("friction").any()
-        if ratio > 0.0:
-            pushed = rates["v2_post"] - rates["v2_pre"]
-            rates["impulse_normal"] = (pushed - p * moved) / ratio
-        elif smooth:
-            rates["impulse_normal"] = -(jumps + curving * p) / slope
-        if smooth or system.contact == "direct":
+        if pushed is None:
+            return rates
+        rates["impulse_normal"] = pushed
+        if (system.friction == 0.0 and not slopes("friction").any()) or system.contact == "direct":
             rates["impulse_tangential"] = np.zeros_like(time)
-        elif ratio > 0.0:
+        else:
             # Friction has no lever at x1 = 0, and jumps there.
             lever = np.where(system.tip(x1) == 0.0, np.nan, system.tip(x1))
-            turned = slope * (rates["impulse_normal"] - q * rates["x1"])
+            turned = slope * (pushed - q * rates["x1"])
+            jumps = rates["v1_post"] - rates["v1_pre"]
             rates["impulse_tangential"] = (jumps + curving * p + turned) / lever
         return rates
 

@@ -1,12 +1,15 @@
 """Parts of a run: the state at its end, the works of all forces, derivatives of its clock."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ._core import Regime
 from .interruption import interruptible
+from .system import System
 
 _T = TypeVar("_T", bound=np.generic)
 
@@ -151,3 +154,80 @@ def clock_rates(
         turns = np.asarray(impacts["period"])[:, None]
         rates["time_in_period"] = time + turns * (2.0 * np.pi / omega**2) * rate
     return rates
+
+
+def impulses_on_wall(
+    system: System,
+    impacts: NDArray[np.void],
+    rates: Mapping[str, NDArray[np.float64]],
+    slopes: Slopes,
+) -> NDArray[np.float64] | None:
+    """Return derivatives (n, k) of the normal impulses on a wall, which follow from no momentum.
+
+    With k = slope + mu s |sin x1| slip ends at P* = x1'/k, and P = x1'/k - x1'_post/k_post, after a
+    reversal with the other s. In stick nothing moves: Newton's law ends at P*, Poisson's at
+    (1 + r) P_I, and the energetic one where the work is done.
+
+    Parameters
+    ----------
+    system, impacts
+        The system, with mass_ratio 0, and the table.
+    rates
+        Derivatives of ``x1``, ``v1_pre``, ``v1_post``, ``v2_pre``, ``approach_velocity``.
+    slopes
+        Those of fields of the system.
+
+    Returns
+    -------
+    array, or None where restitution depends on the approach velocity and a tip sticks, and under
+    the law of the paper with friction.
+    """
+    x1, v1, v1_post, v2, u = (
+        np.asarray(impacts[name])[:, None]
+        for name in ("x1", "v1_pre", "v1_post", "v2_pre", "approach_velocity")
+    )
+    regime = np.asarray(impacts["regime"])[:, None]
+    oblique = system.contact == "oblique"
+    slope, sine = system.slope(x1), system.tip(x1) if oblique else np.zeros_like(x1)
+    smooth = not oblique or (system.friction == 0.0 and not slopes("friction").any())
+    sticks = (regime == Regime.STICK_APPROACH) | (regime == Regime.STICK_RESTITUTION)
+    if not smooth and system.law == "paper":
+        return None
+    # From x1' = 0 slip begins in the direction that approach leaves it.
+    direction = np.where(v1 == 0.0, -np.sign(slope), np.sign(v1))
+    curving = -sine * rates["x1"]
+
+    def along(s: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        grip = s * np.abs(sine)
+        swung = s * np.sign(sine) * slope * rates["x1"]
+        # Friction jumps at x1 = 0.
+        swung = np.where((sine == 0.0) & (rates["x1"] != 0.0) & (not smooth), np.nan, swung)
+        turning = grip * slopes("friction") + system.friction * swung
+        return slope + system.friction * grip, curving + turning
+
+    def over(v: NDArray[np.float64], dv: NDArray[np.float64], s: NDArray[np.float64]) -> Any:
+        k, dk = along(s)
+        return (dv - v / k * dk) / k
+
+    turned = (regime == Regime.REVERSAL_APPROACH) | (regime == Regime.REVERSAL_RESTITUTION)
+    after = over(v1_post, rates["v1_post"], np.where(turned, -direction, direction))
+    pushed = over(v1, rates["v1_pre"], direction) - np.where(sticks, 0.0, after)
+    if system.law == "newton" or not sticks.any():
+        return np.asarray(pushed)
+    if not isinstance(system.restitution, float):
+        return None
+    (k, dk), (r, dr) = along(direction), (system.restitution, slopes("restitution"))
+    slows, faster = k * slope, dk * slope + k * curving
+    du, w, dw = rates["approach_velocity"], v2, rates["v2_pre"]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if system.law == "poisson":
+            # P_I = u/(k slope): a wall at rest has u = x1' slope.
+            ending = u / slows
+            stuck = (1.0 + r) * (du - ending * faster) / slows + ending * dr
+        else:
+            # u stays -x2', and what r^2 u^2/(2 k slope) leaves of the work is done there.
+            left, scale = (r * u) ** 2 - w**2, 2.0 * slows * w
+            change = 2.0 * (r * u * (dr * u + r * du) - w * dw)
+            stuck = (change - left / scale * 2.0 * (faster * w + slows * dw)) / scale
+            stuck = pushed + np.where(w > 0.0, stuck, 0.0)
+    return np.where(sticks, stuck, pushed)

@@ -388,22 +388,76 @@ def test_gradients_of_impulses_with_friction_at_stops(way):
         assert slope[place] == pytest.approx(expected, rel=1e-6, abs=3e-8)
 
 
-def test_the_impulse_on_a_wall_has_derivatives_without_friction():
-    ball = vi.System(mass_ratio=0, frequency_ratio=0.5, restitution=0.7, gap=0.2,
-                     drive_frequency=1, moment_amplitude=2)  # fmt: skip
-    options = {"initial": (-1, 0, 0, 0), "time": 9.0}
+def on_wall(law, friction, **fields):
+    """Impacts on a wall at rest and on one that moves, with their regimes."""
+    given = {"restitution": 0.7, "oscillator_damping": 0.1, "law": law, "friction": friction}
+    return vi.System(mass_ratio=0, **given | fields)
 
-    def pushed(run):
-        return run.impacts["impulse_normal"].sum()
 
-    names = {"gap": 0.2, "restitution": 0.7, "moment_amplitude": 2.0}
-    _, slope = vi.gradient(pushed, ball, names, **options)
-    for place, each in enumerate(names):
-        expected = fourth_order(pushed, ball, names, each, **options)
-        assert slope[place] == pytest.approx(expected, rel=1e-7)
-    # With friction two impulses change one velocity.
+# A wall at rest; one that moves, from random ones that have these regimes.
+WALLS = {
+    "smooth": (0.0, {"frequency_ratio": 0.5, "gap": 0.2, "drive_frequency": 1.3,
+                     "moment_amplitude": 2.0, "force_amplitude": 0.3}),
+    "at rest": (0.3, {"frequency_ratio": 0.5, "gap": 0.2, "drive_frequency": 1.3,
+                      "moment_amplitude": 2.0}),
+    "sticks": (1.12, {"frequency_ratio": 1.63, "gap": -0.796, "drive_frequency": 1.786,
+                      "moment_amplitude": 0.584}),
+    "moves": (1.1, {"frequency_ratio": 1.0, "gap": -0.2, "drive_frequency": 1.1,
+                    "moment_amplitude": 1.0, "force_amplitude": 0.3}),
+    "reverses": (1.409, {"frequency_ratio": 1.826, "gap": 0.171, "drive_frequency": 1.594,
+                         "moment_amplitude": 1.859, "force_amplitude": 0.3}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("law", ["poisson", "newton", "energetic"])
+@pytest.mark.parametrize("name", WALLS)
+def test_impulses_and_losses_on_walls_have_derivatives(name, law):
+    friction, fields = WALLS[name]
+    machine = on_wall(law, friction, **fields)
+    options = {"initial": (-1.2, 0.1, 0, 0), "time": 6.0}
+    names = ["gap", "restitution", "moment_amplitude", "drive_frequency"]
+    names += ["friction"] if friction else []
+    at = {each: getattr(machine, each) for each in names}
+    for column in ("impulse_normal", "impulse_tangential", "energy_loss"):
+
+        def first(run, column=column):
+            return run.impacts[column][:3]
+
+        value, slope = vi.gradient(first, machine, at, **options)
+        assert np.array_equal(value, first(vi.simulate(machine, **options)))
+        for place, each in enumerate(names):
+            expected = fourth_order(first, machine, at, each, **options)
+            assert slope[..., place] == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
+def test_every_regime_on_walls_is_among_those():
+    found = set()
+    for friction, fields in WALLS.values():
+        machine = on_wall("poisson", friction, **fields)
+        run = vi.simulate(machine, initial=(-1.2, 0.1, 0, 0), time=6.0)
+        found |= {
+            (vi.Regime(r).name, run.impacts["v2_pre"].any()) for r in run.impacts["regime"][:3]
+        }
+    both = {("STICK_RESTITUTION", moves) for moves in (False, True)}
+    both |= {("REVERSAL_RESTITUTION", moves) for moves in (False, True)}
+    assert found >= both | {("SLIP", True), ("REVERSAL_APPROACH", True), ("FRICTIONLESS", True)}
+
+
+def test_the_impulse_that_holds_a_tip_on_a_wall_needs_a_number_for_r():
+    friction, fields = WALLS["sticks"]
+    curve = vi.RestitutionPowerLaw(0.8, 0.1)
+    machine = on_wall("poisson", friction, **fields).replace(restitution=curve)
+    options = {"initial": (-1.2, 0.1, 0, 0), "time": 6.0}
     with pytest.raises(vi.ParameterError, match=r"impulse_normal'\] has no derivatives"):
-        vi.gradient(pushed, ball.replace(friction=0.2), ["gap"], **options)
+        vi.gradient(lambda run: run.impacts["impulse_normal"].sum(), machine, ["gap"], **options)
+    at = {"gap": machine.gap}
+
+    def lost(run):
+        return run.impacts["energy_loss"].sum()
+
+    _, slope = vi.gradient(lost, machine, at, **options)
+    expected = fourth_order(lost, machine, at, "gap", **options)
+    assert slope[0] == pytest.approx(expected, rel=1e-6)
 
 
 def test_gradients_of_beams_from_modes():
