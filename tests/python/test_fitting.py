@@ -332,6 +332,42 @@ def test_records_in_si():
         vi.fit(in_si, PAPER, unknown=names, initial=START, units="SI")
 
 
+def rig(drive_frequency=180.0, torsional_stiffness=500.0, restitution=0.8, stiffness=50e3):
+    """A machine in SI, by its quantities."""
+    return vi.System.from_physical(
+        pendulum_mass=3, oscillator_mass=5, length=0.1, torsional_stiffness=torsional_stiffness,
+        stiffness=stiffness, gap=0.05, restitution=restitution, drive_frequency=drive_frequency,
+        moment_amplitude=300,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["x1", "impact_times"])
+def test_records_in_si_with_a_function_that_makes_the_machine(kind):
+    true = rig(drive_frequency=181.0, torsional_stiffness=520.0, restitution=0.75)
+    run = vi.simulate(true, initial=START, periods=15)
+    plain = vi.measure(run, kind, noise=1e-3, **({"sampling": 0.1} if kind == "x1" else {}))
+    second = true.scales.time
+    values = plain.values if kind == "x1" else None
+    sigma = 1e-3 if kind == "x1" else 1e-3 * second
+    in_si = vi.Record(kind, plain.times * second, values, sigma=sigma)
+    names = {"drive_frequency": None, "torsional_stiffness": (400, 600), "restitution": (0.6, 0.9)}
+    start = true.scales.to_si(START)
+    found = vi.fit(in_si, rig, unknown=names, initial=start, units="SI", starts=15)
+    assert found.verdict == "fits"
+    for name, value in (("drive_frequency", 181.0), ("torsional_stiffness", 520.0)):
+        assert abs(found.values[name] - value) < 4 * found.errors[name]
+        assert found.errors[name] < 0.01 * value
+    # The same in dimensionless numbers.
+    other = vi.fit(plain, true, unknown=["drive_frequency", "restitution"], initial=START)
+    assert other.verdict == "fits"
+    for name, unit in (("drive_frequency", second), ("restitution", 1.0)):
+        apart = found.values[name] * unit - other.values[name]
+        assert abs(apart) < 4 * found.errors[name] * unit
+    # 1/omega_2 is the unit of time.
+    with pytest.raises(vi.ParameterError, match="units of length and time, as stiffness does"):
+        vi.fit(in_si, rig, unknown=["stiffness"], initial=start, units="SI")
+
+
 def test_machines_are_drawn_from_the_estimate():
     run = vi.simulate(RUBBING, initial=START, periods=10)
     record = vi.measure(run, "x1", noise=2e-2, sampling=0.3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -15,9 +16,17 @@ from ..hints import close_to
 from ..interruption import interruptible
 from ..machine import Machine
 from ..machine_kinds import is_maker
-from ..made import basis_of, check_names, defaults_of, is_coordinate, machine_made
+from ..made import (
+    Made,
+    basis_of,
+    check_names,
+    defaults_of,
+    is_coordinate,
+    machine_made,
+    varied,
+)
 from ..run_record import AnyRun
-from ..scales import Units
+from ..scales import Scales, Units
 from ..simulation import simulated
 from .determined import ExpectedErrors
 from .judgement import judged
@@ -31,7 +40,7 @@ from .result import Fit
 from .search import Search
 from .sigmas import estimated, first_sigmas
 from .statistics import LOSSES, determination
-from .unknowns import START, named, unknowns_of
+from .unknowns import START, Unknowns, named, unknowns_of
 
 Array = NDArray[np.float64]
 
@@ -39,6 +48,9 @@ Array = NDArray[np.float64]
 _LONGEST = 20_000
 # Rounds in which unknown standard errors are estimated, until they change by less.
 _MOST_ROUNDS, _STEADY = 6, 0.01
+# Part of the size of a number by which it is changed to see whether units change, and how much they
+# may by rounding.
+_SHARE, _ALIKE = 1e-3, 1e-12
 # Part of a period of a run that only looks whether there can be one.
 _MOMENT = 1e-9
 # Draws of a start of which a function makes no machine.
@@ -98,7 +110,8 @@ def fit(
         Of the random starts.
     units
         ``"SI"``: records and ``initial`` are in s, rad, m and their quotients, and the system has
-        scales. The numbers of the system, and all of the result, stay dimensionless.
+        scales. The numbers of the system, and all of the result, stay dimensionless; those of a
+        function are what they are in it. Its units of length and time are to stay the same.
 
     Returns
     -------
@@ -130,17 +143,12 @@ def fit(
     records = _records(record)
     machine = _machine(system, unknown)
     start = _one_start(machine, initial)
-    if units is not None and machine is not system:
-        reject(
-            "units",
-            units,
-            "None where a function makes the system: its units may change with its numbers",
-        )
     scales = machine._chosen(units)
     if scales is not None:
         records = [record._in_units_of(scales) for record in records]
         start = scales.from_si(start)
     unknowns = unknowns_of(unknown, machine, start)
+    _check_scales(machine, start, unknowns, scales)
     _check_records(records, machine)
     if not isinstance(loss, str) or loss not in LOSSES:
         reject("loss", loss, ", ".join(map(repr, LOSSES)))
@@ -166,6 +174,7 @@ def fit(
         held = "nothing" if best is None else "the best fit so far"
         raise Interrupted("interrupted while fitting", best, holds=held) from stopped
     assert best is not None
+    _need_scales(best.machine, scales)
     if not best and scales is None and machine._not_in_si:
         best = replace(best, reasons=(*best.reasons, machine._not_in_si))
     return best
@@ -288,6 +297,37 @@ def _machine(system: Any, unknown: Any) -> Any:
         numbers[name] = number(name, value)
     check_names(system, [*numbers])
     return machine_made(system, numbers, {name: abs(value) for name, value in numbers.items()})
+
+
+def _check_scales(machine: Any, start: Array, unknowns: Unknowns, scales: Scales | None) -> None:
+    """Refuse numbers of a function that change the units in which the record is."""
+    if scales is None or not isinstance(machine, Made):
+        return
+    given = unknowns.values_of(machine, start)
+    for place, name in enumerate(unknowns.names[: unknowns.machine]):
+        step = _SHARE * unknowns.scales[place]
+        for value in given[place] + np.array([-step, step]):
+            inside = float(np.clip(value, unknowns.low[place], unknowns.high[place]))
+            try:
+                changed = varied(machine, {name: inside})
+            except ParameterError:  # beyond the end of its range
+                continue
+            _need_scales(changed, scales, name)
+
+
+def _need_scales(machine: Any, scales: Scales | None, name: str = "") -> None:
+    """Refuse a machine whose units of length and time are others."""
+    if scales is None:
+        return
+    own = machine.scales
+    pairs = [(scales.length, own.length), (scales.time, own.time)] if own else [(1.0, 0.0)]
+    if not all(math.isclose(one, two, rel_tol=_ALIKE) for one, two in pairs):
+        reject(
+            "units",
+            "SI",
+            "None where the numbers of a function change the units of length and time"
+            + (f", as {name} does" if name else ""),
+        )
 
 
 def _check_start(problem: Problem) -> None:
