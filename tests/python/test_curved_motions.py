@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from vibroimpact.single_impact.curved import Curved
 from vibroimpact.single_impact.intervals import Interval
 from vibroimpact.single_impact.pieces import pieces_of
 from vibroimpact.single_impact.plane import Box, Pair, isolate_in_plane
@@ -220,6 +221,48 @@ def test_pieces_hold_the_curve_and_its_slope(curve):
     starts = sorted([level.lo for level in levels] + [float(p.speed(p.ends[0])) for p in slopes])
     knots = curve.speeds if curve is TABLE else [curve.least_speed]
     assert starts == pytest.approx([-np.inf, *knots])
+
+
+@pytest.mark.parametrize("name", ["force", "loads and damping", "direct", "moving wall"])
+def test_conditions_over_boxes_hold_those_at_points(name):
+    curved = Curved(system(LAW, name), 2)
+    (piece,) = pieces_of(LAW)[1]
+    random = np.random.default_rng(1)
+    lo = np.column_stack([random.uniform(-3, 3, 500), random.uniform(0, 8, 500)])
+    size = 10 ** random.uniform(-6, -0.5, (500, 1))
+    ends = [lo + part * size * [1.0, 1.0] for part in (0.0, 0.3, 1.0)]
+    over = curved.over(piece, Box(*(Interval(lo[:, k], ends[2][:, k]) for k in (0, 1))))
+    at = [curved.over(piece, Box(*(Interval(one[:, k]) for k in (0, 1)))) for one in ends]
+    width = size[:, 0]
+    for place, (by_x, by_s) in ((0, (2, 3)), (1, (4, 5))):
+        whole, values = over[place], [each[place] for each in at]
+        for value in values:
+            assert (whole.lo <= value.hi).all()
+            assert (value.lo <= whole.hi).all()
+        # The mean-value theorem along the diagonal.
+        change = (over[by_x] + over[by_s]) * width
+        assert (change.lo <= values[2].hi - values[0].lo).all()
+        assert (values[2].lo - values[0].hi <= change.hi).all()
+        # Narrow boxes have narrow slopes, so that these are not whole lines.
+        narrow = width < 1e-5
+        assert (over[by_x].width < 1e-3 * (1.0 + over[by_x].largest))[narrow].all()
+
+
+@pytest.mark.parametrize("name", ["oblique", "force", "loads and damping", "moving wall"])
+def test_the_speed_of_solutions_is_that_of_the_linear_conditions(name):
+    curved = Curved(system(LAW, name), 1)
+    for r in (0.2, 0.9):
+        equations = curved.at(r)
+        for x1 in (-0.7, 0.2, 1.1):
+            at = Interval(np.array([x1]))
+            matrix, rhs = equations.linear(np.zeros(1, np.int64), at)
+            v, w, p, *_ = np.linalg.solve(matrix.middle[0], rhs.middle[0])
+            kappa, par = np.cos(x1), equations.parameters
+            before = kappa * (v + kappa * p) - (w - par.mass_ratio[0] * p)
+            u = curved.speed(at, equations.rho)
+            expected = par.drive_frequency[0] * before
+            assert u.middle[0] == pytest.approx(expected, rel=1e-9)
+            assert u.width[0] < 1e-9 * (1.0 + abs(expected))
 
 
 def test_roots_in_the_plane():
