@@ -230,7 +230,7 @@ def test_an_interrupt_keeps_the_tubes_so_far(monkeypatch):
 
 
 @pytest.mark.parametrize("interrupts", [1, 2])
-def test_an_interrupt_in_the_end_keeps_what_is_verified(interrupts, monkeypatch):
+def test_an_interrupt_in_the_end_keeps_what_is_verified(interrupts, monkeypatch, tmp_path):
     """The first one loses nothing; the second one ends it with the tubes that are verified."""
     from vibroimpact.proof import branch_files
 
@@ -255,6 +255,8 @@ def test_an_interrupt_in_the_end_keeps_what_is_verified(interrupts, monkeypatch)
         assert stretch.stability == "stable"
         assert all_of_it.lo <= stretch.lo < stretch.hi < all_of_it.hi
         assert "interrupted before it was verified" in {one.why for one in found.uncovered}
+    found.save(tmp_path / "branch.json")
+    assert vi.check_proof(tmp_path / "branch.json").statement == found.statement
 
 
 @pytest.mark.parametrize("within", [(1.0, 2.0), (1.8, 1.8), 1.8, (float("nan"), 1.8)])

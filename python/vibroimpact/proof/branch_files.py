@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -45,18 +45,19 @@ def branch_proof_of(
     """
     found = list[Shown]()
     for piece in posed["pieces"]:
-        told = list[Slice]()
+        told = list[list[Slice]]()
         while interrupts < _PATIENCE:
             told.clear()
             try:
                 for some in _examined(posed, piece):
-                    told += some
+                    told.append(some)
                 break
             except KeyboardInterrupt:
                 interrupts += 1
         else:
+            piece["tubes"] = piece["tubes"][: len(told)]
             piece["open"] = [[*posed["within"], "interrupted before it was verified"]]
-        found.append(summary(told) if told else Shown())
+        found.append(_summary(told))
     stretches = _stretches(found, posed["within"], _ROOM)
     bifurcations = _bifurcations(found, posed["within"], _ROOM)
     for kind, value, label in known:
@@ -93,8 +94,13 @@ def _examined(posed: Mapping[str, Any], piece: Mapping[str, Any]) -> Iterator[li
 
 def _found(posed: Mapping[str, Any]) -> list[Shown]:
     """What is shown of each piece."""
-    told = [[x for some in _examined(posed, piece) for x in some] for piece in posed["pieces"]]
-    return [summary(slices) if slices else Shown() for slices in told]
+    return [_summary(_examined(posed, piece)) for piece in posed["pieces"]]
+
+
+def _summary(told: Iterable[list[Slice]]) -> Shown:
+    """What is shown of the tubes of a piece."""
+    slices = [x for some in told for x in some]
+    return summary(slices) if slices else Shown()
 
 
 def _rounded(x: arb, way: float, steps: int = 0) -> float:
@@ -109,8 +115,8 @@ def _rounded(x: arb, way: float, steps: int = 0) -> float:
 
 def _range(given: Sequence[str]) -> tuple[float, float]:
     low, high = (float(arb(exact(x))) for x in given)
-    if not low <= high:
-        raise ProofError("an empty range")
+    if not -np.inf < low <= high < np.inf:
+        raise ProofError("an empty range, or one without an end")
     return low, high
 
 
@@ -211,12 +217,16 @@ def verified_branch(posed: dict[str, Any], claims: Mapping[str, Any]) -> BranchP
     proof = _proof_from({**posed, "claims": claims}, found)
     if not proof.stretches:
         raise ProofError("nothing is shown")
+    # stretches of some doubles may be lost in rounding
+    least = len(_stretches(found, posed["within"], _WIDER))
+    every = _bifurcations(found, posed["within"], 0)
+    if len(proof.stretches) < least or len(proof.bifurcations) < len(every):
+        raise ProofError("it leaves out what is shown")
     # each claim is held against what is left after that of the one before: none is made twice
-    shown = iter(_stretches(found, posed["within"], 0))
+    shown, there = iter(_stretches(found, posed["within"], 0)), iter(every)
     for one, row in zip(proof.stretches, claims["stretches"], strict=True):
         if not any(_is_part(one, other) and row[5] == place for other, place in shown):
             raise ProofError("it claims more than is shown")
-    there = iter(_bifurcations(found, posed["within"], 0))
     for event, row in zip(proof.bifurcations, claims["bifurcations"], strict=True):
         if not any(_holds(event, other) and row[3] == place for other, place in there):
             raise ProofError("it claims more than is shown")

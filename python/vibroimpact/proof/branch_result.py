@@ -54,8 +54,8 @@ class ProvedBifurcation:
     kind
         ``"period_doubling"``: a multiplier is -1. ``"saddle_node"``: the parameter has an extremum
         along the branch. ``"neimark_sacker"``: two conjugate ones are on the unit circle.
-        ``"change_of_stability"``: one is. ``"grazing"``, ``"regime_border"``: a condition of a
-        flight, or of an impact's regime, is met on one side and violated on the other.
+        ``"grazing"``, ``"regime_border"``: a condition of a flight, or of an impact's regime, is
+        met on one side and violated on the other.
     lo, hi
         The range.
     label
