@@ -81,14 +81,14 @@ def impact_regimes(
     (11, 11)
     """
     need_system(system)
-    u, r = _approach(system, approach_velocity)
+    u, at = _approach(system, approach_velocity)
     angles = _cells(np.pi / 2) if x1 is None else axis("x1", x1)
     if velocity_ratio is None:
-        ratios = _cells(_widest_ratio(system, r))
+        ratios = _cells(_widest_ratio(at))
     else:
         ratios = axis("velocity_ratio", velocity_ratio)
-    v1 = u * ratios[:, np.newaxis]
-    table = impact(system, x1=angles, v1=v1, v2=v1 * system.slope(angles) - u, steps=steps)
+    v1 = ratios[:, np.newaxis]
+    table = impact(at, x1=angles, v1=v1, v2=v1 * at.slope(angles) - 1.0, steps=steps)
     if not system.is_wall:
         before = 0.5 * table["v1_pre"] ** 2 + 0.5 * table["v2_pre"] ** 2 / system.mass_ratio
         loss = table["energy_loss"] / before
@@ -110,8 +110,11 @@ def _cells(limit: float) -> NDArray[np.float64]:
     return limit * (2.0 * np.arange(_CELLS) + 1.0 - _CELLS) / _CELLS
 
 
-def _approach(system: System, given: float | None) -> tuple[float, float]:
-    """Return the approach velocity of all impacts, and their coefficient of restitution."""
+def _approach(system: System, given: float | None) -> tuple[float, System]:
+    """Return the approach velocity of all impacts, and the system with its restitution there.
+
+    With that number for r the impacts are homogeneous, and those of u = 1 stand for them.
+    """
     allowed = "a finite number > 0"
     curve = system.restitution
     if given is None and isinstance(curve, RestitutionCurve):
@@ -119,19 +122,20 @@ def _approach(system: System, given: float | None) -> tuple[float, float]:
     u = 1.0 if given is None else number("approach_velocity", given, allowed)
     if not u > 0.0:
         reject("approach_velocity", u, allowed)
-    return u, float(curve(u)) if isinstance(curve, RestitutionCurve) else curve
+    is_curve = isinstance(curve, RestitutionCurve)
+    return u, system.replace(restitution=float(curve(u))) if is_curve else system
 
 
-def _widest_ratio(system: System, r: float) -> float:
+def _widest_ratio(system: System) -> float:
     """Return a ratio beyond which impacts with x1' cos x1 > 0 only slip.
 
-    There P* = (1 + r) P_f means x1'/u = (1 + r) k/(mbar + k cos x1), k = cos x1 + mu |sin x1|.
+    There P* = (1 + r) P_f means x1'/u = (1 + r) k/(mbar + k cos x1).
     """
     x1 = np.linspace(0.0, np.pi / 2, 200)
     slope = system.slope(x1)
     k = slope + system.friction * system.tip(x1)
     slows = system.mass_ratio + k * slope
-    border = np.minimum((1.0 + r) * k, _WIDEST * slows) / slows
+    border = np.minimum((1.0 + system.restitution) * k, _WIDEST * slows) / slows
     return min(_MARGIN * float(border.max()), _WIDEST)
 
 
@@ -180,7 +184,7 @@ def impact_agreement(
     (3, 6, 2)
     """
     need_system(system)
-    u, r = _approach(system, approach_velocity)
+    u, at = _approach(system, approach_velocity)
     cells = count("cells", cells, least=2)
     numbers = [
         count("steps", number, least=1, most=MOST_STEPS)
@@ -190,8 +194,8 @@ def impact_agreement(
         reject("steps", steps, "at least two different numbers")
     # An odd number of cells puts the middle of one at 0.
     middles = (2.0 * np.arange(cells) + 1.0 - cells) / cells
-    x1, v1 = np.pi / 2 * middles, u * _widest_ratio(system, r) * middles[:, np.newaxis]
-    v2 = v1 * system.slope(x1) - u
+    x1, v1 = np.pi / 2 * middles, _widest_ratio(at) * middles[:, np.newaxis]
+    v2 = v1 * at.slope(x1) - 1.0
     difference: NDArray[np.float64] = np.full(
         (len(COULOMB_LAWS), len(Regime), len(numbers)), np.nan
     )
@@ -199,7 +203,7 @@ def impact_agreement(
     interrupted = False
     try:
         for row, law in enumerate(COULOMB_LAWS):
-            under = system.replace(law=law)
+            under = at.replace(law=law)
             exact = impact(under, x1=x1, v1=v1, v2=v2)
             counts = np.array([np.count_nonzero(exact["regime"] == regime) for regime in Regime])
             for column, number in enumerate(numbers):
@@ -207,7 +211,7 @@ def impact_agreement(
                 for regime in Regime:
                     chosen = exact["regime"] == regime
                     if chosen.any():
-                        difference[row, regime, column] = off[chosen].mean() / u
+                        difference[row, regime, column] = off[chosen].mean()
     except KeyboardInterrupt:
         interrupted = True
     result = ImpactAgreement(
@@ -230,7 +234,7 @@ def _near(number: int) -> NDArray[np.int64]:
 
 
 def _difference(system: System, exact: NDArray[np.void], steps: int) -> NDArray[np.float64]:
-    """Return the larger difference of the two velocities after each impact."""
+    """Return the larger difference of the two velocities after each impact; u is 1."""
     x1, v1, v2 = exact["x1"], exact["v1_pre"], exact["v2_pre"]
     stepped = impact(system, x1=x1, v1=v1, v2=v2, steps=int(steps))
     result: NDArray[np.float64] = np.maximum(

@@ -103,6 +103,7 @@ TAKES: dict[str, set[str]] = {
     "number": {*_NOT_NEGATIVE, "minus", "whole, minus"},
     "number >= 0": _NOT_NEGATIVE,
     "number > 0": _NOT_NEGATIVE - {"-0"},
+    "number > 0 or none": {*_NOT_NEGATIVE, "none"} - {"-0"},
     "step": _NOT_NEGATIVE - {"-0", "huge"},
     "step or none": {*_NOT_NEGATIVE, "none"} - {"-0", "huge"},
     "part of 1": {"-0", "subnormal", *_HALF},

@@ -224,26 +224,24 @@ def calls() -> dict[str, Call]:
         "impact": Call(
             vi.impact,
             {"system": ROUGH, "x1": 0.3, "v1": 1.0, "v2": 0.1, "steps": 3},
-            {
-                "system": "object",
-                **dict.fromkeys(("x1", "v1", "v2"), "numbers"),
-                "steps": "whole number or none",
-            },
+            dict.fromkeys(("x1", "v1", "v2"), "numbers")
+            | {"system": "object", "steps": "whole number or none"},
         ),
         "impact_regimes": Call(
             vi.impact_regimes,
             {"system": ROUGH, "x1": [0.1], "velocity_ratio": [0.1]},
             {
                 "system": "object",
-                "x1": "axis or none",
-                "velocity_ratio": "axis or none",
+                **dict.fromkeys(("x1", "velocity_ratio"), "axis or none"),
                 "steps": "whole number or none",
+                "approach_velocity": "number > 0 or none",
             },
         ),
         "impact_agreement": Call(
             vi.impact_agreement,
             {"system": ROUGH, "steps": (2, 3), "cells": 2},
-            {"system": "object", "steps": "whole numbers", "cells": "whole number"},
+            {"system": "object", "steps": "whole numbers", "cells": "whole number"}
+            | {"approach_velocity": "number > 0 or none"},
         ),
         "bifurcation_diagram": Call(
             vi.bifurcation_diagram,
