@@ -321,8 +321,8 @@ def test_a_cut_outside_of_its_flight_refutes_nothing(later):
     piece = next(x for x in proof["pieces"] if x["label"] == "1-0")
     assert [regime for _, regime in piece["legs"]] == ["passed", "no_impact"]
     family = chain.family_of(proof["machine"], proof["place"], piece)
-    tube, *_ = chain.tube_in(piece["tubes"][0], 7)
-    box = list(tube.line[0])
+    (line, *_), *_ = chain.tube_in(piece["tubes"][0], 7)
+    box = list(line[0])
     assert parts.motion(family, box, [flint.arb(-1)])[0] == "disproved"
     box[5] += later
     verdict, why = parts.motion(family, box, [flint.arb(-1)])

@@ -19,7 +19,7 @@ from flint import arb, ctx
 from .certificate import machine_in, need, numbers
 from .formulas import REGIMES, Number, Refuted, Undecided
 from .parts import OPEN, UNDECIDED, Arc, Slice, border, multiplier
-from .tube import TERMS, Family, Tube, image
+from .tube import TERMS, Family, Tube
 from .verifier import CIRCUIT, CUTS, PASSED
 
 
@@ -57,14 +57,14 @@ def changed(owner: Any, place: Sequence[Any], value: Number) -> Any:
     return found
 
 
-def tube_in(given: Mapping[str, Any], size: int) -> tuple[Tube, list[arb], Sequence[int]]:
+def tube_in(given: Mapping[str, Any], size: int) -> tuple[Any, list[arb], Sequence[int]]:
     """A tube of a certificate, where its parts end, and in which to look for a special point."""
     line, radius, axis = numbers(given["line"], arb), numbers(given["radius"], arb), given["axis"]
     need(len(radius) == size and all(r > 0 for r in radius), "a tube without room")
     sound = 2 <= len(line) <= TERMS and all(len(row) == size for row in line)
     need(sound and type(axis) is int and 0 <= axis < size, "a line of another size")
     need(line[1][axis] != 0 and all(row[axis] == 0 for row in line[2:]), "a line that bends")
-    return Tube(line, radius, axis), numbers(given["cuts"], arb), given["asked"]
+    return (line, radius, axis), numbers(given["cuts"], arb), given["asked"]
 
 
 def examine_chain(
@@ -76,8 +76,8 @@ def examine_chain(
         family, before = family_of(machine, place, piece), None
         size = len(family.legs) * (2 * machine_in(machine).size + 1) + 1
         for tube, cuts, asked in [tube_in(given, size) for given in piece["tubes"]]:
-            arc = Arc.of(family, tube, image(family, tube))
-            lo = arb(-1) if before is None else tube.place(before)
+            arc = Arc.of(Tube(family, *tube))
+            lo = arb(-1) if before is None else arc.tube.place(before)
             if lo is None or not cuts or not cuts[-1] <= 1:
                 raise Undecided("two tubes are not joined")
             need(all(a < b for a, b in pairwise([lo, *cuts])), "parts out of order")

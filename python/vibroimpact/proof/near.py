@@ -35,6 +35,19 @@ def inverse_of(matrix: arb_mat) -> arb_mat:
         raise Undecided("the equations are singular") from error
 
 
+def inverses_of(given: Sequence[arb_mat]) -> list[arb_mat]:
+    """Near the coefficients of the inverse of a power series of matrices."""
+    found = [inverse_of(given[0])]
+    for k in range(1, len(given)):
+        parts = [_middle(given[j]) * found[k - j] for j in range(1, k + 1)]
+        found.append(_middle(-found[0] * sum(parts[1:], parts[0])))
+    return found
+
+
+def _middle(matrix: arb_mat) -> arb_mat:
+    return arb_mat([[x.mid() for x in row] for row in matrix.tolist()])
+
+
 def eigenvectors(matrix: acb_mat) -> acb_mat:
     """Near the eigenvectors of a matrix, in columns."""
     rows = np.linalg.eig(_numbers(matrix))[1].tolist()

@@ -16,12 +16,12 @@ from typing import Any
 from flint import acb_mat, arb, arb_mat, arb_series
 
 from .formulas import Number, Refuted, Undecided
-from .near import eigenvectors, inverse_of, singular_basis
-from .tube import WHOLE, Family, Tube, at, derivative, image, matrices, residual, return_map, term
+from .near import eigenvectors, singular_basis
+from .tube import WHOLE, Family, Leg, Tube, at, krawczyk, matrices, residual, return_map, term
 from .verifier import Stability, inside, show_motion, stability
 
-#: Test functions along a line: f, f', and the kind of special point where f is 0.
-Tests = Callable[[Sequence[Number]], list[tuple[arb, arb, str]]]
+#: Test functions along a line: f + f' h, and the kind of special point where f is 0.
+Tests = Callable[[Sequence[Number]], list[tuple[Number, str]]]
 OPEN = (Undecided, ValueError, ZeroDivisionError)  # raised where nothing is shown
 KINDS = ("saddle_node", "period_doubling", "neimark_sacker")
 UNDECIDED: Stability = "undecided"
@@ -56,71 +56,72 @@ class Slice:
 
 @dataclass(frozen=True)
 class Arc:
-    """The branch in a tube: K, d/dh F(L(h) + K), the return map's derivative, in some basis."""
+    """The branch in a tube: K, A, A DE, d/dh F(L(h) + K), the return map's derivative."""
 
-    family: Family
     tube: Tube
     away: list[arb]
+    near: list[arb_mat]
+    both: arb_mat
     rates: list[arb_mat]
     returns: list[Sequence[Any]]
     conditions: list[arb_mat]
 
     @classmethod
-    def of(cls, family: Family, tube: Tube, away: list[arb]) -> Arc:
-        """The branch in a tube whose K is given; raises Undecided if none is shown."""
+    def of(cls, tube: Tube) -> Arc:
+        """The branch in a tube; raises Undecided if none is shown."""
+        away, near, both = krawczyk(tube)
         if not inside(away, [arb(0, r) for r in tube.radius]):
             raise Undecided("Krawczyk's operator does not contract in a tube")
-        rates = [x * k for k, x in enumerate(tube.taylor(residual, family, away))][1:]
+        given = away, len(tube.line)
+        rates = [x * k for k, x in enumerate(tube.taylor(residual, *given))][1:]
         returns = list[Sequence[Any]]()
         with suppress(*OPEN):
-            given, scales = zip(*tube.taylor(return_map, family, away), strict=True)
-            basis = eigenvectors(acb_mat(given[0]))  # any will do
-            returns = [[basis.solve(acb_mat(x) * basis) for x in given], scales]
-        return cls(family, tube, away, rates, returns, tube.taylor(conditions, family, away))
-
-    def box(self, h: arb) -> list[arb]:
-        """What holds the branch at some values of h."""
-        return self.tube.part(h, self.away)
+            maps, scales = zip(*tube.taylor(return_map, *given), strict=True)
+            basis = eigenvectors(acb_mat(maps[0]))  # any will do
+            returns = [[basis.solve(acb_mat(x) * basis) for x in maps], scales]
+        must = tube.taylor(lambda x: matrices([[y] for y, _ in conditions(x)], x[0].terms), *given)
+        return cls(tube, away, near, both, rates, returns, must)
 
     def point(self, h: arb) -> list[arb]:
         """The branch at one value of h: it lies in K of short tubes about it, too."""
-        box, axis = self.box(h), self.tube.axis
+        box, axis = self.tube.part(h, self.away), self.tube.axis
         for _ in range(_CLOSER):
             centre = [x.mid() for x in box]
             radius = [abs(x - c).upper() for x, c in zip(box, centre, strict=True)]
             short = [r if j == axis else arb(0) for j, r in enumerate(radius)]
-            around = Tube([centre, short], radius, axis)
-            box = around.part(WHOLE, image(self.family, around))
+            around = Tube(self.tube.family, [centre, short], radius, axis)
+            box = around.part(WHOLE, krawczyk(around)[0])
         return box
 
-    def speed(self, h: arb, box: Sequence[arb]) -> list[arb]:
+    def speed(self, h: arb) -> list[arb]:
         """dY/dh = X: DF X = 0, so that DF (X - L') = -d/dh F(L(h) + a), a = Y - L."""
-        slopes, rates = derivative(self.family, self.tube.axis, box), at(self.rates, h).entries()
-        near, column = inverse_of(slopes), arb_mat([*([-x] for x in rates), [arb(0)]])
-        turn = (near * slopes).solve(near * column).entries()
+        column = arb_mat([*([-x] for x in at(self.rates, h).entries()), [arb(0)]])
+        turn = self.both.solve(at(self.near, h) * column).entries()
         return [x + y for x, y in zip(self.tube.coefficients(h, 1), turn, strict=True)]
 
     def line(self, h: arb) -> list[Number]:
         """The branch at some values of h, or at one, as series: Y + dY/dh h."""
-        box = self.box(h) if h.rad() > 0 else self.point(h)
-        return [arb_series(list(pair), 2) for pair in zip(box, self.speed(h, box), strict=True)]
+        box = self.tube.part(h, self.away) if h.rad() > 0 else self.point(h)
+        return [arb_series(list(pair), 2) for pair in zip(box, self.speed(h), strict=True)]
 
     def look(self, lo: arb, hi: arb) -> Slice:
         """What is shown from h = lo to hi."""
         h, rises, steady = lo.union(hi), 0, UNDECIDED
-        box, (first, last) = self.box(h), (self.box(end)[-1] for end in (lo, hi))
-        verdict, why = motion(self.family, box, at(self.conditions, h).entries())
+        box, first, last = (self.tube.part(x, self.away) for x in (h, lo, hi))
+        verdict, why = motion(self.tube.family, box, at(self.conditions, h).entries())
         with suppress(*OPEN):
-            rate = self.speed(h, box)[-1]
+            rate = self.speed(h)[-1]
             rises = 1 if rate > 0 else -1 if rate < 0 else 0
             if self.returns and verdict != "disproved":
                 steady = steadiness(*(at(x, h) for x in self.returns))
-        return Slice(lo, hi, first, last, box[-1], rises, verdict, why, steady)
+        return Slice(lo, hi, first[-1], last[-1], box[-1], rises, verdict, why, steady)
 
 
-def conditions(legs: Sequence[Any]) -> list[arb_mat]:
-    """The coefficients of what must be positive along a line, columns."""
-    return matrices([[x] for leg in legs for x, _ in leg.after()[1]], legs[0].terms)
+def conditions(legs: Sequence[Leg]) -> list[tuple[Number, str]]:
+    """What must be positive along a line, and the kind of special point where it is 0."""
+    # of a leg the first one is the approach velocity, or how far away a stop is
+    each = (enumerate(leg.landing[1]) for leg in legs)
+    return [(x, "regime_border" if k else "grazing") for leg in each for k, (x, _) in leg]
 
 
 def motion(family: Family, box: Sequence[arb], values: Iterable[arb]) -> tuple[str, str]:
@@ -153,14 +154,15 @@ def steadiness(matrix: acb_mat, scale: arb) -> Stability:
 
 def only_zero(arc: Arc, tests: Tests, lo: arb, hi: arb) -> tuple[str, arb]:
     """The kind and value of the only zero of all test functions from h = lo to hi."""
-    open_ = [k for k, (f, *_) in enumerate(tests(arc.line(lo.union(hi)))) if not abs(f) > 0]
+    every = tests(arc.line(lo.union(hi)))
+    open_ = [k for k, (f, _) in enumerate(every) if not abs(term(f, 0)) > 0]
     if len(open_) != 1:
         raise Undecided("several test functions may be 0, or none")
     (k,), found, kind = open_, None, ""
     for _ in range(_STEPS):
         line, h = arc.line(lo.union(hi)), ((lo + hi) / 2).mid()
-        near, (_, slope, kind) = arc.line(h), tests(line)[k]
-        place = h - tests(near)[k][0] / slope
+        near, (f, kind) = arc.line(h), tests(line)[k]
+        place = h - term(tests(near)[k][0], 0) / term(f, 1)
         if lo < place < hi:
             found, lo, hi = near[-1][0] + line[-1][1] * (place - h), place.lower(), place.upper()
     if found is None:
@@ -170,16 +172,10 @@ def only_zero(arc: Arc, tests: Tests, lo: arb, hi: arb) -> tuple[str, arb]:
 
 def border(arc: Arc, lo: arb, hi: arb) -> tuple[str, arb]:
     """Where the only condition of a motion that may be 0 is 0; flights meet no stop up to there."""
-
-    def tests(line: Sequence[Number]) -> list[tuple[arb, arb, str]]:
-        # of a leg the first one is the approach velocity, or how far away a stop is
-        legs = [enumerate(leg.after()[1]) for leg in arc.family.along(line, 2)]
-        every = [(x, "grazing" if k == 0 else "regime_border") for leg in legs for k, (x, _) in leg]
-        return [(term(x, 0), term(x, 1), kind) for x, kind in every]
-
-    if motion(arc.family, arc.box(lo.union(hi)), repeat(arb(1))) != ("proved", ""):
+    box = arc.tube.part(lo.union(hi), arc.away)
+    if motion(arc.tube.family, box, repeat(arb(1))) != ("proved", ""):
         raise Undecided("a flight may meet a stop")
-    return only_zero(arc, tests, lo, hi)
+    return only_zero(arc, lambda line: conditions(arc.tube.family.along(line, 2)), lo, hi)
 
 
 def multiplier(arc: Arc, lo: arb, hi: arb) -> tuple[str, arb]:
@@ -192,9 +188,9 @@ def multiplier(arc: Arc, lo: arb, hi: arb) -> tuple[str, arb]:
     """
     near: list[tuple[arb_mat, arb_mat]] = []
 
-    def determinants(line: Sequence[Number]) -> list[tuple[arb, arb, str]]:
-        given = return_map(arc.family.along(line, 2))
-        places, found = range(given[0][0].nrows()), list[tuple[arb, arb, str]]()
+    def determinants(line: Sequence[Number]) -> list[tuple[Number, str]]:
+        given = return_map(arc.tube.family.along(line, 2))
+        places, found = range(given[0][0].nrows()), list[tuple[Number, str]]()
         rows = [[arb_series([x[i, j] for x, _ in given], 2) for j in places] for i in places]
         scale = arb_series([x for _, x in given], 2)
         pairs = list(combinations(places, 2))
@@ -211,7 +207,7 @@ def multiplier(arc: Arc, lo: arb, hi: arb) -> tuple[str, arb]:
             own, moved = (left * matrix * right).tolist(), (left * change * right).tolist()
             # the derivative of a determinant, row by row
             slopes = [arb_mat([*own[:k], row, *own[k + 1 :]]).det() for k, row in enumerate(moved)]
-            found.append((arb_mat(own).det(), sum(slopes, arb(0)), kind))
+            found.append((arb_series([arb_mat(own).det(), sum(slopes, arb(0))], 2), kind))
         return found
 
     return only_zero(arc, determinants, lo, hi)

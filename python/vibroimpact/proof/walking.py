@@ -17,19 +17,21 @@ from .files import text
 from .formulas import Undecided
 from .near import inverse_of
 from .parts import OPEN, Arc, Slice, multiplier
-from .tube import TERMS, Family, Tube, derivative, image, residual
+from .tube import TERMS, Family, Tube, derivative, krawczyk, residual
 from .verifier import inside
 
 Array = NDArray[np.float64]
 
 #: Half lengths of tubes, as a part of the length of the piece: the first, the longest, the shortest
 #: for a verdict, and the shortest.
-_FIRST, _LONGEST, _FINEST, _SHORTEST = 1e-3, 0.1, 1e-5, 1e-6
+_FIRST, _LONGEST, _FINEST, _SHORTEST = 1e-3, 0.25, 1e-5, 1e-6
 #: Least radius of a tube as a part of its half length, attempts at its radius, the room that K is
 #: given, and the part by which tubes overlap.
 _THIN, _WIDENINGS, _ROOM, _OVERLAP = 2.0**-12, 3, 1.5, 1.25
 #: Steps of Newton's method, and where they end.
 _STEPS, _SMALL = 12, 1e-22
+#: Least part of the largest change at which the parameter goes on: planes of it cost less.
+_STEADY = 0.02
 #: How far outside a range points begin, as a part of a step.
 _BEFORE = 0.01
 #: Shorter tubes that are tried for a verdict; tubes after which it is tried again.
@@ -39,7 +41,7 @@ _MOST_BEYOND, _AHEAD = 8, 4.0
 #: Attempts at a narrower one, and its least radius as a power of 2 of the half length.
 _NARROWINGS, _NARROWEST = 2, 44
 #: How much longer than the one before a tube is tried, and than one that was too long.
-_GROWTH, _EASE = 2.0, 1.15
+_GROWTH, _EASE = 4.0, 1.15
 #: Halvings of a part of a tube, and how many parts are halved.
 _HALVINGS, _MOST_OPEN = 30, 64
 #: Part of a tube that may be open after some halvings; more, where it is taken as it is.
@@ -114,7 +116,7 @@ def _about(arc: Arc, one: Slice, value: float, room: arb) -> list[arb] | None:
     lo, hi = one.lo, one.hi
     for _ in range(_BISECTIONS):
         middle = ((lo + hi) / 2).mid()
-        before = (arc.box(middle)[-1].mid() < value) == (one.rises > 0)
+        before = (arc.tube.part(middle, arc.away)[-1].mid() < value) == (one.rises > 0)
         lo, hi = (middle, hi) if before else (lo, middle)
     ends = [(lo - room).mid(), (hi + room).mid()]
     if not one.lo < ends[0] < ends[1] < one.hi:
@@ -141,10 +143,11 @@ def exact(values: Sequence[float] | Array) -> list[arb]:
     return [arb(float(x)) for x in values]
 
 
-def slopes_at(family: Family, y: Sequence[arb]) -> Array:
-    """DF at a point, by all unknowns."""
-    rows = derivative(family, len(y) - 1, y).tolist()[:-1]
-    return np.array([[float(x.mid()) for x in row] for row in rows])
+def derivative_at(family: Family, y: Sequence[arb], axis: int) -> arb_mat:
+    """DE at a point, by all unknowns."""
+    line = [arb_series([x], 1) for x in y]
+    *rows, _ = derivative(family.along(line, 1), 0)[0].tolist()  # of another one's plane
+    return arb_mat([*rows, [arb(int(j == axis)) for j in range(len(y))]])
 
 
 @dataclass(frozen=True)
@@ -158,13 +161,16 @@ class Course:
     @classmethod
     def of(cls, family: Family, y: list[arb], before: Array, sizes: Array) -> Course:
         """The direction at a point, in the sense of another one."""
-        unit: Array = np.linalg.svd(slopes_at(family, y) * sizes)[2][-1]
+        rows = derivative_at(family, y, 0).tolist()[:-1]
+        slopes = np.array([[float(x.mid()) for x in row] for row in rows])
+        unit: Array = np.linalg.svd(slopes * sizes)[2][-1]
         return cls(y, unit if unit @ before > 0.0 else -unit, sizes)
 
     @property
     def axis(self) -> int:
-        """The unknown that goes on most steadily."""
-        return int(np.argmax(np.abs(self.direction)))
+        """The unknown that goes on most steadily; the parameter, if it is about as steady."""
+        steady = np.abs(self.direction)
+        return len(steady) - 1 if steady[-1] > _STEADY * steady.max() else int(np.argmax(steady))
 
     def ahead(self, length: float) -> list[arb]:
         """A point so far on, if the branch is straight."""
@@ -177,7 +183,7 @@ def corrected(family: Family, y: Sequence[arb], axis: int, sizes: Array) -> list
     z, near = list(y), None
     for _ in range(_STEPS):
         if near is None:
-            near = inverse_of(derivative(family, axis, z))
+            near = inverse_of(derivative_at(family, z, axis))
         rest = family.at(z[-1]).residual(z[:-1])
         step = (near * arb_mat(len(z), 1, [*rest, arb(0)])).entries()
         z = [(a - d).mid() for a, d in zip(z, step, strict=True)]
@@ -194,7 +200,7 @@ def corrected(family: Family, y: Sequence[arb], axis: int, sizes: Array) -> list
 def line_through(family: Family, course: Course, length: float) -> list[list[arb]]:
     """The power series of the branch about a point of it, order by order, in parts of a length."""
     y, axis = course.y, course.axis
-    near, zero = inverse_of(derivative(family, axis, y)), [arb(0)] * (len(y) - 1)
+    near, zero = inverse_of(derivative_at(family, y, axis)), [arb(0)] * (len(y) - 1)
     sense = arb(length * course.direction[axis] * course.sizes[axis])
     line = [list(y), [x.mid() for x in (near * arb_mat(len(y), 1, [*zero, sense])).entries()]]
     line[1][axis] = sense
@@ -207,25 +213,21 @@ def line_through(family: Family, course: Course, length: float) -> list[list[arb
     return line
 
 
-def narrower(
-    family: Family, tube: Tube, away: list[arb], least: list[arb]
-) -> tuple[Tube, list[arb]]:
+def narrower(tube: Tube, away: list[arb], least: list[arb]) -> Tube:
     """A tube as narrow as can be shown: verdicts on motions in it are then sharper."""
     for _ in range(_NARROWINGS):
         pairs = zip(away, least, strict=True)
         radius = [((_ROOM * abs(x)).upper() + r).mid() for x, r in pairs]
         inner = replace(tube, radius=radius)
-        closer = image(family, inner)
+        closer, *_ = krawczyk(inner)
         if not inside(closer, [arb(0, r) for r in radius]):
             break
         tube, away = inner, closer
-    return tube, away
+    return tube
 
 
-def tube_from(
-    family: Family, course: Course, half: float, least: float
-) -> tuple[Tube, list[arb], float]:
-    """A tube that begins at a point of the branch, as long as can be shown; K; half its length."""
+def tube_from(family: Family, course: Course, half: float, least: float) -> tuple[Tube, float]:
+    """A tube that begins at a point of the branch, as long as can be shown; half its length."""
     why = "Krawczyk's operator does not contract"
     while half > least:
         try:
@@ -235,10 +237,10 @@ def tube_from(
             radius = thin = exact(half * _THIN * course.sizes)
             narrowest = exact(half * 2.0**-_NARROWEST * course.sizes)
             for _ in range(_WIDENINGS):
-                tube = Tube(line, [r.mid() for r in radius], there.axis)
-                away = image(family, tube)
+                tube = Tube(family, line, [r.mid() for r in radius], there.axis)
+                away, *_ = krawczyk(tube)
                 if inside(away, [arb(0, r) for r in tube.radius]):
-                    return *narrower(family, tube, away, narrowest), half
+                    return narrower(tube, away, narrowest), half
                 pairs = zip(away, thin, strict=True)
                 radius = [(_ROOM * abs(x)).upper() + r for x, r in pairs]
         except (Undecided, ProofError) as reason:
@@ -329,7 +331,7 @@ def walk(
     allowed = tries = _TRIES
     pause = 0
     while True:
-        tube, away, half = tube_from(family, course, half, least)
+        tube, half = tube_from(family, course, half, least)
         lo = arb(-1) if before is None else tube.place(before)
         if lo is None:
             half /= 2
@@ -337,7 +339,7 @@ def walk(
                 raise Undecided("two tubes are not joined")
             continue
         hi = arb(1 / _OVERLAP)
-        arc = Arc.of(family, tube, away)
+        arc = Arc.of(tube)
         shorter = bool(tries) and half > _FINEST * length
         told = parts_of(arc, lo, hi, _HASTE if shorter else _PATIENCE)
         open_ = [one for one in resolved(arc, told) if not one.known]
