@@ -30,8 +30,8 @@ pub(crate) use strike::{
 };
 
 pub use sensitivity::{
-    Along, Legs, OneSided, OneSidedReason, Sensitivity, SensitivityError, StructureLegs,
-    sensitivity, structure_sensitivity,
+    Along, Legs, OneSided, OneSidedReason, Sensitivity, SensitivityError, SensitivityTable,
+    StructureLegs, sensitivity, structure_sensitivity,
 };
 
 use chatter::{Accumulation, accumulate};

@@ -1,7 +1,7 @@
 //! `_core.Sensitivity`.
 
 use nalgebra::Complex;
-use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -14,7 +14,8 @@ use super::structure_run::PyStructureRun;
 use crate::model::state::State;
 use crate::model::structure::{StopVariation, StructureState, Variation};
 use crate::tangent::{
-    Along, OneSidedReason, Sensitivity, SensitivityError, structure_sensitivity as of_structure,
+    Along, OneSidedReason, Sensitivity, SensitivityError, SensitivityTable,
+    structure_sensitivity as of_structure,
 };
 
 impl From<SensitivityError> for PyErr {
@@ -36,10 +37,11 @@ impl PySensitivity {
     fn table<'py, const N: usize>(
         &self,
         py: Python<'py>,
-        values: &[f64],
+        values: &SensitivityTable,
         inner: [usize; N],
     ) -> PyResult<Bound<'py, PyAny>> {
-        let array = PyArray1::from_slice(py, values);
+        let array = PyArray1::zeros(py, values.len(), false);
+        values.write(array.readwrite().as_slice_mut()?);
         let width: usize = inner.iter().product::<usize>() * self.0.names.len();
         let rows = values.len() / width;
         let shape: Vec<usize> =
@@ -79,7 +81,7 @@ impl PySensitivity {
     /// (1, r, k) of the final state.
     #[getter]
     fn final_state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.table(py, &self.0.final_state, [self.width()])
+        self.table(py, &self.0.final_state.clone().into(), [self.width()])
     }
     /// Up to when they are known, where Ctrl-C has ended the work; else None.
     #[getter]
@@ -103,7 +105,7 @@ impl PySensitivity {
         let rows = rows.ok_or_else(|| {
             pyo3::exceptions::PyValueError::new_err("t outside of the kept window")
         })?;
-        self.table(py, &rows, [self.width()])
+        self.table(py, &rows.into(), [self.width()])
     }
 }
 

@@ -20,11 +20,13 @@ mod structure;
 mod structure_cycles;
 mod structure_follower;
 mod structure_legs;
+mod table;
 
 pub use error::SensitivityError;
 pub use marks::{OneSided, OneSidedReason};
 pub use structure::structure_sensitivity;
 pub use structure_legs::StructureLegs;
+pub use table::SensitivityTable;
 
 use by::By;
 use columns::Differentiated;
@@ -56,13 +58,13 @@ pub struct Sensitivity<L = Legs> {
     /// What the run is differentiated by.
     pub names: Vec<String>,
     /// Derivatives of the times of the impacts that the run keeps,
-    pub times: Vec<f64>,
+    pub times: SensitivityTable,
     /// of the states just before them, each at its own time,
-    pub before: Vec<f64>,
+    pub before: SensitivityTable,
     /// and just after them.
-    pub after: Vec<f64>,
+    pub after: SensitivityTable,
     /// Derivatives of the stroboscopic sections, at the fixed phase of the drive where they lie.
-    pub stroboscopic: Vec<f64>,
+    pub stroboscopic: SensitivityTable,
     /// Derivatives of the final state, at its fixed time.
     pub final_state: Vec<f64>,
     /// Events from which on derivatives are one-sided.
@@ -187,8 +189,7 @@ pub fn sensitivity(
     let end = run.final_state.clock;
     let last = run.first_section + run.stroboscopic.len() as i64;
     let sections = (run.first_section..last, options.section_phase);
-    let impacts = run.impacts.len();
-    let mut follower = Follower::new(&of, initial, (run.window, end), sections, impacts);
+    let mut follower = Follower::new(&of, initial, (run.window, end), sections, followed(run));
     let again;
     let traced = if !run.is_whole() {
         None
@@ -227,16 +228,19 @@ pub fn sensitivity(
         period == row.period && (time - row.time).abs() <= SAME_TIME * row.time.abs()
     };
     let place = Place { end: run.final_state.time, until, events: run.events.len() };
-    let more = place.more(&rows.impacts, &run.impacts, same, |row| row.time)?;
     let k = names.len();
+    // Impacts that were followed along the run's are these.
+    let looks = follower.looks;
+    let more =
+        if looks { place.more(&rows.impacts, &run.impacts, same, |row| row.time)? } else { 0 };
     place.check_sections(rows.stroboscopic.len(), 4 * k * run.stroboscopic.len())?;
     let mut last = Vec::with_capacity(4 * k);
     append(&final_state, &mut last);
     Ok(Sensitivity {
         names: names.to_vec(),
-        times: without_first(rows.times, k * more),
-        before: without_first(rows.before, 4 * k * more),
-        after: without_first(rows.after, 4 * k * more),
+        times: rows.times.without_first(k * more),
+        before: rows.before.without_first(4 * k * more),
+        after: rows.after.without_first(4 * k * more),
         stroboscopic: rows.stroboscopic,
         final_state: last,
         one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
@@ -259,10 +263,15 @@ fn run_again(run: &Run, initial: State, cancel: &CancelToken) -> Option<Run> {
     (again.is_whole() && again.events.len() == run.events.len()).then_some(again)
 }
 
-/// A table without its first numbers.
-fn without_first(mut table: Vec<f64>, numbers: usize) -> Vec<f64> {
-    table.drain(..numbers);
-    table
+/// Impacts and sections that are followed: not copied.
+fn followed(run: &Run) -> (usize, usize) {
+    let copies = &run.trace.copies;
+    let [mut impacts, mut sections] = [run.impacts.len(), run.stroboscopic.len()];
+    let events: usize = copies.iter().map(|all| all.times * all.events).sum();
+    let periods: i64 = copies.iter().map(|all| all.times as i64 * all.periods).sum();
+    impacts = impacts.min(run.events.len().saturating_sub(events));
+    sections = sections.saturating_sub(usize::try_from(periods).unwrap_or_default());
+    (impacts, sections)
 }
 
 /// Which rows found are those of the run.

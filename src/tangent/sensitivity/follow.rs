@@ -9,6 +9,7 @@ use super::error::SensitivityError;
 use super::legs::{KeptLegs, SensitiveLeg};
 use super::marks::{OneSided, OneSidedReason, one_sided};
 use super::source::{Passed, Source};
+use super::table::SensitivityTable;
 use crate::model::state::{Clock, State};
 use crate::simulate::event::{Event, ImpactEvent, StopReason};
 use crate::tangent::itinerary::{LegChange, LegReader};
@@ -17,12 +18,12 @@ use crate::tangent::tolerances::{LOW_BOUNCE, SAME_TIME};
 /// Tables of derivatives, of the window and of what comes before it in the same drive period.
 #[derive(Default)]
 pub(super) struct Rows {
-    /// Drive period and time of the impacts.
+    /// Drive period and time of the impacts, where they are looked at.
     pub impacts: Vec<(i64, f64)>,
-    pub times: Vec<f64>,
-    pub before: Vec<f64>,
-    pub after: Vec<f64>,
-    pub stroboscopic: Vec<f64>,
+    pub times: SensitivityTable,
+    pub before: SensitivityTable,
+    pub after: SensitivityTable,
+    pub stroboscopic: SensitivityTable,
     pub legs: KeptLegs,
     pub one_sided: Vec<OneSided>,
     /// Events so far, and those before the window.
@@ -53,6 +54,8 @@ pub(super) struct Follower<'a> {
     last: f64,
     largest: f64,
     pub rows: Rows,
+    /// Whether the impacts may be others than the run's.
+    pub looks: bool,
     /// Where the rows are, in a cycle that is going to come again.
     pub instants: Option<Box<Instants>>,
 }
@@ -85,15 +88,14 @@ impl<'a> Follower<'a> {
         initial: State,
         (window, end): (Clock, Clock),
         (sections, section_phase): (Range<i64>, f64),
-        impacts: usize,
+        (impacts, passed): (usize, usize),
     ) -> Self {
         let k = of.by.len();
         let rows = Rows {
-            impacts: Vec::with_capacity(impacts),
-            times: Vec::with_capacity(k * impacts),
-            before: Vec::with_capacity(4 * k * impacts),
-            after: Vec::with_capacity(4 * k * impacts),
-            stroboscopic: Vec::with_capacity(4 * k * sections.clone().count()),
+            times: SensitivityTable::with_capacity(k * impacts),
+            before: SensitivityTable::with_capacity(4 * k * impacts),
+            after: SensitivityTable::with_capacity(4 * k * impacts),
+            stroboscopic: SensitivityTable::with_capacity(4 * k * passed),
             legs: KeptLegs::with_capacity(impacts + 1, k),
             ..Rows::default()
         };
@@ -114,6 +116,7 @@ impl<'a> Follower<'a> {
             last: 0.0,
             largest: 0.0,
             rows,
+            looks: false,
             instants: None,
         }
     }
@@ -134,6 +137,7 @@ impl<'a> Follower<'a> {
             last: self.last,
             largest: self.largest,
             rows: Rows::default(),
+            looks: false,
             instants: Some(Box::default()),
         }
     }
@@ -164,6 +168,7 @@ impl<'a> Follower<'a> {
     /// if the caller has cancelled.
     pub fn follow(&mut self, mut source: Source) -> Result<Option<Columns>, SensitivityError> {
         let mut passed = Passed::default();
+        self.looks = matches!(source, Source::Found(..));
         loop {
             match self.step(&mut source, &mut passed)? {
                 Step::Goes => {}
@@ -353,7 +358,9 @@ impl<'a> Follower<'a> {
         let here = &self.leg.here;
         let late = self.of.late();
         let rows = &mut self.rows;
-        rows.impacts.push((clock.period, time));
+        if self.looks {
+            rows.impacts.push((clock.period, time));
+        }
         let rate = clock.period as f64 * self.of.period_rate();
         let times = before.iter().map(|column| column[3]).enumerate();
         rows.times.extend(times.map(|(i, dt)| if late == Some(i) { dt + rate } else { dt }));
@@ -400,7 +407,7 @@ impl Differentiated {
     }
 
     /// Appends rows x1, x1', x2, x2' at an event, from columns of (x1, x1', x2', t).
-    fn tell(&self, here: &Here, columns: &[Column], rows: &mut Vec<f64>) {
+    fn tell(&self, here: &Here, columns: &[Column], rows: &mut SensitivityTable) {
         let slope = here.departure.slope.unwrap_or(0.0);
         rows.extend(columns.iter().map(|column| column[0]));
         rows.extend(columns.iter().map(|column| column[1]));
@@ -411,7 +418,7 @@ impl Differentiated {
 }
 
 /// Appends rows x1, x1', x2, x2' with a number of each column.
-pub(super) fn append(columns: &[Column], rows: &mut Vec<f64>) {
+pub(super) fn append(columns: &[Column], rows: &mut impl Extend<f64>) {
     for row in [0, 1, 3, 2] {
         rows.extend(columns.iter().map(|column| column[row]));
     }

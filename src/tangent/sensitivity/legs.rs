@@ -2,6 +2,7 @@
 
 use super::columns::{Column, Columns, Differentiated, Here};
 use super::error::SensitivityError;
+use super::table::{Cycles, first_not};
 use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
 use crate::simulate::event::Event;
@@ -18,26 +19,21 @@ pub(super) struct SensitiveLeg {
     pub time: f64,
 }
 
-/// Legs in order, with memory for no more columns than there are, and no more than their times and
-/// columns of those that repeat.
+/// Legs in order, with memory for no more columns than there are, and for one cycle of those that repeat.
 #[derive(Default)]
 pub(super) struct KeptLegs {
-    legs: Vec<Kept>,
-    different: Vec<Leg>,
+    /// What was followed.
+    legs: Vec<Leg>,
     /// Of each: rows as in the tables, components (x1, x1', x2', x2 or t), and of each a number for each
     /// column.
     rows: Vec<f64>,
-}
-
-struct Kept {
-    time: f64,
-    /// Which of the different ones, and how many drive periods later than that.
-    leg: usize,
-    later: i64,
+    /// What comes again, in order.
+    repeated: Vec<Repeated>,
 }
 
 #[derive(Clone)]
 struct Leg {
+    time: f64,
     state: State,
     clock: Clock,
     after_event: bool,
@@ -45,25 +41,57 @@ struct Leg {
     hops: bool,
 }
 
+/// Legs of cycles, one cycle after the other, among others.
+struct Repeated {
+    /// How many of those that were followed come before.
+    at: usize,
+    /// Of one cycle.
+    legs: Vec<Leg>,
+    of: RepeatedLegs,
+}
+
 /// Legs of a motion that repeats.
-pub(super) struct Again<'a> {
-    /// Of a cycle, and their times when they come again.
-    pub cycle: &'a KeptLegs,
-    pub times: &'a [f64],
-    /// The first of them that is kept.
+pub(super) struct RepeatedLegs {
+    /// Where those of a cycle begin.
+    pub begins: Vec<Clock>,
+    /// The first that is kept of all legs of all cycles.
     pub first: usize,
-    /// How many drive periods later.
-    pub later: i64,
-    /// Where the legs of the cycle are in these, if they are.
-    pub place: &'a mut Option<usize>,
+    /// Drive periods of a cycle.
+    pub periods: i64,
+    /// The columns, four rows for each leg.
+    pub columns: Cycles,
+}
+
+impl Repeated {
+    /// How many drive periods after the same one in the first cycle a leg comes.
+    fn later(&self, place: usize) -> i64 {
+        (place / self.legs.len()) as i64 * self.of.periods
+    }
+
+    /// When a leg begins.
+    fn time(&self, place: usize, of: &Differentiated) -> f64 {
+        let begin = self.of.begins[place % self.legs.len()];
+        let period = begin.period + self.later(place);
+        of.model.motion.drive.time(Clock { period, ..begin })
+    }
+
+    /// A leg, its time and its columns.
+    fn leg(&self, place: usize, of: &Differentiated) -> (Leg, Vec<f64>) {
+        let mut leg = self.legs[place % self.legs.len()].clone();
+        leg.time = self.time(place, of);
+        leg.clock.period += self.later(place);
+        let mut rows = vec![0.0; 4 * of.by.len()];
+        self.of.columns.write_rows(4 * place..4 * place + 4, &mut rows);
+        (leg, rows)
+    }
 }
 
 impl KeptLegs {
     pub fn with_capacity(legs: usize, columns: usize) -> Self {
         Self {
             legs: Vec::with_capacity(legs),
-            different: Vec::new(),
             rows: Vec::with_capacity(4 * legs * columns),
+            repeated: Vec::new(),
         }
     }
 
@@ -72,39 +100,47 @@ impl KeptLegs {
         for component in 0..4 {
             self.rows.extend(here.columns.iter().map(|column| column[component]));
         }
-        self.legs.push(Kept { time, leg: self.different.len(), later: 0 });
         let Departure { clock, slope, .. } = here.departure;
         let (state, after_event) = (here.state, slope.is_some());
-        self.different.push(Leg { state, clock, after_event, mode, hops });
+        self.legs.push(Leg { time, state, clock, after_event, mode, hops });
     }
 
-    /// The rows, to which those of legs that come again are added.
-    pub fn rows(&mut self) -> &mut Vec<f64> {
-        &mut self.rows
+    /// The rows of what was followed.
+    pub fn rows(&self) -> &[f64] {
+        &self.rows
     }
 
-    /// Adds legs that come again, whose rows are added apart.
-    pub fn again(&mut self, again: Again) {
-        let Again { cycle, times, first, later, place } = again;
-        let place = *place.get_or_insert_with(|| {
-            self.different.extend_from_slice(&cycle.different);
-            self.different.len() - cycle.different.len()
-        });
-        let legs = times.iter().zip(place..).skip(first);
-        self.legs.extend(legs.map(|(&time, leg)| Kept { time, leg, later }));
+    /// Adds those of a cycle that come again.
+    pub fn repeat(&mut self, cycle: Self, of: RepeatedLegs) {
+        if !of.columns.rows.is_empty() {
+            self.repeated.push(Repeated { at: self.legs.len(), legs: cycle.legs, of });
+        }
     }
 
-    /// The last leg that begins not later than a time.
+    /// The last leg that begins not later than a time, or the first one.
     pub fn at(&self, time: f64, of: &Differentiated) -> SensitiveLeg {
-        let place = self.legs.partition_point(|leg| leg.time <= time).max(1) - 1;
-        let &Kept { time, leg, later } = &self.legs[place];
-        let &Leg { state, mut clock, after_event, mode, hops } = &self.different[leg];
-        clock.period += later;
+        let begun = |repeated: &Repeated| repeated.time(repeated.of.first, of) <= time;
+        let next = self.repeated.partition_point(begun);
+        let to = self.repeated.get(next).map_or(self.legs.len(), |repeated| repeated.at);
+        let last = next.checked_sub(1).map(|last| &self.repeated[last]);
+        let from = last.map_or(0, |repeated| repeated.at);
+        let followed = self.legs[from..to].partition_point(|leg| leg.time <= time);
+        let (leg, rows) = if let (0, Some(repeated)) = (followed, last) {
+            let all = repeated.of.first..repeated.of.columns.rows.end / 4;
+            let after = first_not(all, |place| repeated.time(place, of) <= time);
+            repeated.leg(after - 1, of)
+        } else if from < to {
+            let (place, width) = (from + followed.max(1) - 1, 4 * of.by.len());
+            (self.legs[place].clone(), self.rows[place * width..][..width].to_vec())
+        } else {
+            let first = &self.repeated[next];
+            first.leg(first.of.first, of)
+        };
+        let Leg { time, state, clock, after_event, mode, hops } = leg;
         let departure = Departure::new(&of.model, &state, clock, after_event);
-        let width = self.rows.len() / self.legs.len();
-        let rows = &self.rows[place * width..][..width];
-        let column = |i: usize| std::array::from_fn(|component| rows[component * width / 4 + i]);
-        let columns: Columns = (0..width / 4).map(column).collect();
+        let k = of.by.len();
+        let column = |i: usize| std::array::from_fn(|component| rows[component * k + i]);
+        let columns: Columns = (0..k).map(column).collect();
         let here = Here { state, clock, trig: of.model.trig(clock), departure, columns };
         SensitiveLeg { here, mode, hops, time }
     }

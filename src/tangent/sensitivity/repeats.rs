@@ -2,101 +2,19 @@
 //! functions of those at its start, which then give all cycles.
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use pulp::NullaryFnOnce;
-
-use super::columns::{Column, Columns, counted};
+use super::columns::{Column, counted};
 use super::error::SensitivityError;
 use super::follow::{Follower, Step};
-use super::legs::Again;
+use super::legs::RepeatedLegs;
 use super::marks::OneSided;
 use super::source::{Alike, Passed, Source};
+use super::table::{BASIS, Cycles, Growing, Sums, first_not};
 use crate::model::state::Clock;
-use crate::numerics::lanes::narrow;
-
-/// Columns that all others of the start of a cycle are sums of.
-pub(super) const BASIS: usize = 4;
-
-/// A table of a cycle whose rows are sums: of each column the own part, and of those at the start of
-/// the cycle this much.
-struct Sums {
-    width: usize,
-    /// By the four columns of the basis, a number for each row.
-    basis: [Vec<f64>; BASIS],
-    /// A number for each column in each row.
-    own: Vec<f64>,
-}
-
-/// Adds some rows of sums to a table.
-struct Add<'a> {
-    sums: &'a Sums,
-    start: &'a [Column],
-    rows: Range<usize>,
-    to: &'a mut Vec<f64>,
-}
-
-impl Sums {
-    /// Of a table with the columns of the basis before the others.
-    fn new(table: &[f64], width: usize) -> Self {
-        let rows = || table.chunks_exact(BASIS + width);
-        Self {
-            width,
-            basis: std::array::from_fn(|j| rows().map(|row| row[j]).collect()),
-            own: rows().flat_map(|row| &row[BASIS..]).copied().collect(),
-        }
-    }
-
-    fn rows(&self) -> usize {
-        self.basis[0].len()
-    }
-
-    fn add(&self, start: &[Column], rows: Range<usize>, to: &mut Vec<f64>) {
-        narrow(Add { sums: self, start, rows, to });
-    }
-}
-
-impl NullaryFnOnce for Add<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    #[allow(clippy::inline_always)] // compiled for several instruction sets
-    fn call(self) {
-        let Self { sums: &Sums { width, ref basis, ref own }, start, rows, to } = self;
-        let [a, b, c, d] = basis.each_ref().map(|part| &part[rows.clone()]);
-        let own = &own[rows.start * width..rows.end * width];
-        let parts = a.iter().zip(b).zip(c).zip(d);
-        if let &[column] = start {
-            // Along the rows.
-            to.extend(parts.zip(own).map(|((((a, b), c), d), own)| {
-                own + (a * column[0] + b * column[1] + (c * column[2] + d * column[3]))
-            }));
-            return;
-        }
-        to.reserve(own.len());
-        for ((((a, b), c), d), own) in parts.zip(own.chunks_exact(width)) {
-            to.extend(own.iter().zip(start).map(|(own, column)| {
-                own + (a * column[0] + b * column[1] + (c * column[2] + d * column[3]))
-            }));
-        }
-    }
-}
-
-/// What one cycle of a motion has shown of all of them.
-struct Shown {
-    tables: [Sums; 5],
-    /// At the end, by those at the start.
-    end: Vec<Column>,
-}
-
-impl Shown {
-    /// The columns at the end of a cycle.
-    fn after(&self, start: &[Column]) -> Columns {
-        mapped(&self.end, start)
-    }
-}
 
 /// Columns from those of the basis and the own parts, by the columns at the start.
-fn mapped(shown: &[Column], start: &[Column]) -> Columns {
+fn mapped<'a>(shown: &'a [Column], start: &'a [Column]) -> impl Iterator<Item = Column> + 'a {
     let (basis, own) = shown.split_at(BASIS);
     let sum = |(own, column): (&Column, &Column)| {
         std::array::from_fn(|i| {
@@ -104,7 +22,7 @@ fn mapped(shown: &[Column], start: &[Column]) -> Columns {
             counted(own[i] + parts.sum::<f64>())
         })
     };
-    own.iter().zip(start).map(sum).collect()
+    own.iter().zip(start).map(sum)
 }
 
 impl Follower<'_> {
@@ -123,78 +41,88 @@ impl Follower<'_> {
                 break;
             }
         }
-        let k = self.of.by.len();
-        let rows = &mut one.rows;
-        let shown = Shown {
-            tables: [
-                &rows.times,
-                &rows.before,
-                &rows.after,
-                &rows.stroboscopic,
-                &*rows.legs.rows(),
-            ]
-            .map(|table| Sums::new(table, k)),
-            end: one.leg.here.columns.to_vec(),
-        };
-        let mut start = std::mem::take(&mut self.leg.here.columns);
-        let mut place = None;
-        self.again(&one, (&shown, &start), 0, &mut place);
-        if let Step::Ends(columns) = step {
-            return Ok(Step::Ends(mapped(&columns, &start)));
-        }
         let times = if matches!(step, Step::Goes) { source.pass(alike) } else { 0 };
-        start = shown.after(&start);
-        for time in 1..=times {
-            self.again(&one, (&shown, &start), time * alike.periods, &mut place);
-            start = shown.after(&start);
+        let mut here = std::mem::take(&mut self.leg.here.columns);
+        let mut starts = here.to_vec();
+        for _ in 0..times {
+            here = mapped(&one.leg.here.columns, &here).collect();
+            starts.extend_from_slice(&here);
         }
-        self.go_on_from(&one, (start, times * alike.periods));
+        self.repeat(&mut one, &Arc::new(starts), alike.periods);
+        if let Step::Ends(columns) = step {
+            return Ok(Step::Ends(mapped(&columns, &here).collect()));
+        }
+        here = mapped(&one.leg.here.columns, &here).collect();
+        self.go_on_from(&one, (here, times * alike.periods));
         Ok(step)
     }
 
-    /// Takes the events of a cycle, so many drive periods later, from these columns at its start.
-    fn again(
-        &mut self,
-        one: &Follower,
-        (shown, start): (&Shown, &[Column]),
-        later: i64,
-        place: &mut Option<usize>,
-    ) {
+    /// Takes the events of cycles of so many drive periods each, one of which was followed, from these
+    /// columns at their starts.
+    fn repeat(&mut self, one: &mut Follower, starts: &Arc<Vec<Column>>, periods: i64) {
         let drive = &self.of.model.motion.drive;
-        let Some(instants) = &one.instants else { return };
-        let then = |clock: &Clock| Clock { period: clock.period + later, ..*clock };
-        let earlier = |clock: &Clock| then(clock) < self.window;
-        let time = |clock: &Clock| drive.time(then(clock));
+        let Some(instants) = one.instants.take() else { return };
+        let k = self.of.by.len();
+        let cycles = starts.len() / k;
+        let later = |cycle: usize| cycle as i64 * periods;
+        // Of things that come so many times in each cycle, one after the other: the first that is not so.
+        let first_not = |count: usize, is: &dyn Fn(usize, i64) -> bool| {
+            first_not(0..count * cycles, |place| is(place % count, later(place / count)))
+        };
+        let then = |clock: &Clock, later: i64| Clock { period: clock.period + later, ..*clock };
+        let window = self.window;
         let rows = &mut self.rows;
-        for (clock, mark) in instants.marks.iter().zip(&one.rows.one_sided) {
-            let mark = OneSided { index: rows.events + mark.index, time: time(clock), ..*mark };
-            rows.one_sided.push(mark);
-        }
-        rows.events += instants.events.len() as i64;
-        rows.earlier += instants.events.partition_point(earlier) as i64;
-
-        let [times, before, after, stroboscopic, legs] = &shown.tables;
-        let first = instants.impacts.partition_point(earlier);
-        let kept = one.rows.impacts[first..].iter().zip(&instants.impacts[first..]);
-        rows.impacts.extend(kept.map(|((period, _), clock)| (period + later, time(clock))));
-        let place_of_times = rows.times.len();
-        times.add(start, first..times.rows(), &mut rows.times);
-        if let Some(i) = self.of.late() {
-            let rate = later as f64 * self.of.period_rate();
-            for row in rows.times[place_of_times..].chunks_exact_mut(start.len()) {
-                row[i] += rate;
+        let events = instants.events.len();
+        if !instants.marks.is_empty() {
+            for cycle in 0..cycles {
+                let before = rows.events + (cycle * events) as i64;
+                let marks = instants.marks.iter().zip(&one.rows.one_sided);
+                rows.one_sided.extend(marks.map(|(clock, mark)| {
+                    let time = drive.time(then(clock, later(cycle)));
+                    OneSided { index: before + mark.index, time, ..*mark }
+                }));
             }
         }
-        before.add(start, 4 * first..before.rows(), &mut rows.before);
-        after.add(start, 4 * first..after.rows(), &mut rows.after);
+        let earlier = |i: usize, later: i64| then(&instants.events[i], later) < window;
+        rows.earlier += first_not(events, &earlier) as i64;
+        rows.events += (cycles * events) as i64;
 
-        let before = |end: i64| instants.sections.partition_point(|number| number + later < end);
+        let impacts = instants.impacts.len();
+        let earlier = |i: usize, later: i64| then(&instants.impacts[i], later) < window;
+        let first = first_not(impacts, &earlier);
+        if self.looks {
+            rows.impacts.extend((first..impacts * cycles).map(|place| {
+                let clock = then(&instants.impacts[place % impacts], later(place / impacts));
+                (clock.period, drive.time(clock))
+            }));
+        }
+        let table = |of: &[f64], rows: Range<usize>| Cycles {
+            one: Arc::new(Sums::new(of, k)),
+            starts: Arc::clone(starts),
+            rows,
+            growing: None,
+        };
+        let all = impacts * cycles;
+        let growing =
+            self.of.late().map(|column| Growing { column, periods, rate: self.of.period_rate() });
+        let times = table(one.rows.times.followed(), first..all);
+        rows.times.repeat(Cycles { growing, ..times });
+        rows.before.repeat(table(one.rows.before.followed(), 4 * first..4 * all));
+        rows.after.repeat(table(one.rows.after.followed(), 4 * first..4 * all));
+
+        let numbers = &instants.sections;
+        let before = |end: i64| first_not(numbers.len(), &|i, later: i64| numbers[i] + later < end);
         let [first, last] = [self.sections.start, self.sections.end].map(before);
-        stroboscopic.add(start, 4 * first..4 * last, &mut rows.stroboscopic);
-        let first = instants.legs.partition_point(|[_, end]| earlier(end));
-        legs.add(start, 4 * first..legs.rows(), rows.legs.rows());
-        let times: Vec<f64> = instants.legs.iter().map(|[begin, _]| time(begin)).collect();
-        rows.legs.again(Again { cycle: &one.rows.legs, times: &times, first, later, place });
+        let stroboscopic = table(one.rows.stroboscopic.followed(), 4 * first..4 * last);
+        rows.stroboscopic.repeat(stroboscopic);
+
+        let legs = &instants.legs;
+        let first = first_not(legs.len(), &|i, later: i64| then(&legs[i][1], later) < window);
+        let begins: Vec<Clock> = legs.iter().map(|[begin, _]| *begin).collect();
+        let cycle = std::mem::take(&mut one.rows.legs);
+        let all = 4 * first..4 * legs.len() * cycles;
+        let columns = table(cycle.rows(), all);
+        rows.legs.repeat(cycle, RepeatedLegs { begins, first, periods, columns });
     }
 }
 

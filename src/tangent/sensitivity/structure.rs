@@ -8,7 +8,8 @@ use super::error::SensitivityError;
 use super::structure_cycles::RepeatedImpacts;
 use super::structure_follower::{Follower, Rows, Turn};
 use super::structure_legs::{StructureLegs, flight, tell};
-use super::{Place, Sensitivity, check_names, without_first};
+use super::table::SensitivityTable;
+use super::{Place, Sensitivity, check_names};
 use crate::impact::strike;
 use crate::model::state::Clock;
 use crate::model::structure::{Coordinates, Structure, StructureState, Variation};
@@ -266,10 +267,10 @@ pub fn structure_sensitivity(
     tell(&final_state, &mut last);
     Ok(Sensitivity {
         names,
-        times: without_first(rows.times, k * more),
-        before: without_first(rows.before, 2 * count * k * more),
-        after: without_first(rows.after, 2 * count * k * more),
-        stroboscopic: rows.stroboscopic,
+        times: SensitivityTable::from(rows.times).without_first(k * more),
+        before: SensitivityTable::from(rows.before).without_first(2 * count * k * more),
+        after: SensitivityTable::from(rows.after).without_first(2 * count * k * more),
+        stroboscopic: rows.stroboscopic.into(),
         final_state: last,
         one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
         until,
