@@ -21,10 +21,11 @@ pub mod structure;
 pub(crate) mod tolerances;
 
 pub(crate) use contact::{
-    free_gap_acceleration, least_in_slide, on_contact, slide, slip_from_rest, stick_end,
+    free_gap_acceleration, least_in_slide, on_contact, slide, slide_with_rates, slip_from_rest,
+    stick_end,
 };
 pub(crate) use flight::fly;
-pub(crate) use leg::{LegDetails, LegOutcome, mode, slide_to_end, to_event, traverse};
+pub(crate) use leg::{LegDetails, LegOutcome, mode, to_event, traverse};
 pub(crate) use strike::{
     Columns, Departure, Derivative, ImpactPoint, Numbers, Rates, Strike, flown, scaled,
 };

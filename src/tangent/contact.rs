@@ -18,6 +18,17 @@ pub(crate) fn slide<const N: usize>(
     moment: &Moment<N>,
     s: Dual<N>,
 ) -> Option<DualState<N>> {
+    Some(slide_with_rates(model, state, mode, moment, s)?.0)
+}
+
+/// The same, and the rates of x1 and x1' there.
+pub(crate) fn slide_with_rates<const N: usize>(
+    model: &Model<N>,
+    state: &DualState<N>,
+    mode: ContactMode,
+    moment: &Moment<N>,
+    s: Dual<N>,
+) -> Option<(DualState<N>, [f64; 2])> {
     let (mut x1, mut v1, mut at, mut left) = (state.x1, state.v1, *moment, s);
     for _ in 0..MOST_SLIDE_STEPS {
         let phase = model.motion.drive.trig_at(at.clock());
@@ -28,7 +39,7 @@ pub(crate) fn slide<const N: usize>(
         let length = step.on_one_side();
         if left.value <= length {
             let (x1, v1) = series.at(left);
-            return Some(on_contact(model, x1, v1));
+            return Some((on_contact(model, x1, v1), series.rates(left.value)));
         }
         let length = Dual::constant(length);
         (x1, v1) = series.at(length);

@@ -97,22 +97,22 @@ pub(crate) fn traverse(
 }
 
 /// The end of a slide.
-pub(crate) struct Slid<const N: usize> {
+struct Slid {
     /// Just before the event, with the free gap acceleration, which the contact force takes away.
-    state: DualState<N>,
-    force: Dual<N>,
+    state: DualState,
+    force: Dual,
     /// As of any leg.
-    pub image: [Dual<N>; 3],
-    pub condition: Dual<N>,
+    image: [Dual; 3],
+    condition: Dual,
 }
 
 /// Follows a slide, which stops at `end` or is released there; `None` where it cannot be followed.
-pub(crate) fn slide_to_end<const N: usize>(
-    model: &Model<N>,
-    (start, from): (&DualState<N>, &Moment<N>),
-    end: &Moment<N>,
+fn slide_to_end(
+    model: &Model,
+    (start, from): (&DualState, &Moment),
+    end: &Moment,
     (positive, stops): (bool, bool),
-) -> Option<Slid<N>> {
+) -> Option<Slid> {
     let state = slide(model, start, mode(positive), from, model.elapsed(from, end))?;
     let force = free_gap_acceleration(model, &state, end);
     let stop = Dual::constant(0.0);

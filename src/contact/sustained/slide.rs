@@ -98,7 +98,7 @@ impl SlideEnd {
 
 /// Coefficient n of a product.
 pub(crate) fn product<T: Number>(a: &Series<T>, b: &Series<T>, n: usize) -> T {
-    (0..=n).fold(T::constant(0.0), |sum, j| sum + a[j] * b[n - j])
+    T::convolved(&a[..=n], &b[..=n])
 }
 
 impl<T: Number> SlideSeries<T> {
@@ -124,7 +124,7 @@ impl<T: Number> SlideSeries<T> {
             k[n] = coupling[n] + friction * scale[n];
             let slope = product(&k, &coupling, n);
             inertia[n] = if n == 0 { at.mobility + slope } else { slope };
-            let earlier = (1..=n).fold(T::constant(0.0), |sum, j| sum + inertia[j] * force[n - j]);
+            let earlier = T::convolved(&inertia[1..=n], &force[..n]);
             force[n] = (free[n] - earlier) / inertia[0];
             let acceleration = term.slip_acceleration - product(&k, &force, n);
             w[n + 1] = over(acceleration, order);
@@ -152,6 +152,16 @@ impl<T: Number> SlideSeries<T> {
         let unit = T::constant(self.unit);
         let s = s / unit;
         (value(&self.x, s), value(&self.w, s) / unit)
+    }
+
+    /// The rates of x and w at local time s.
+    pub fn rates(&self, s: f64) -> [f64; 2] {
+        let s = s / self.unit;
+        let rate = |c: &Series<T>| {
+            let terms = c.iter().enumerate().skip(1).rev();
+            terms.fold(0.0, |sum: f64, (n, c)| sum * s + n as f64 * c.value())
+        };
+        [rate(&self.x) / self.unit, rate(&self.w) / (self.unit * self.unit)]
     }
 }
 

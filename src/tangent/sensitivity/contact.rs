@@ -5,19 +5,22 @@ use std::sync::OnceLock;
 
 use super::columns::{Column, Columns, Differentiated, Here};
 use super::error::SensitivityError;
-use super::models::{END, models};
+use super::models::models;
 use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
 use crate::numerics::dual::{Dual, Number};
 use crate::tangent::itinerary::{Leg, StickEnd};
 use crate::tangent::tolerances::AT_BORDER;
 use crate::tangent::{
-    DualState, Model, Moment, mode as slide_mode, on_contact, slide, slide_to_end, stick_end,
-    traverse,
+    DualState, Model, Moment, free_gap_acceleration, mode as slide_mode, on_contact,
+    slide_with_rates, stick_end, traverse,
 };
 
-/// x1, x1', x2' after a leg, and what is zero where it ends.
-type End<const N: usize> = ([Dual<N>; 3], Dual<N>);
+/// x1, x1', x2' after a leg and what is zero where it ends: along columns, for an end at a fixed time.
+type AtEnd<const N: usize> = [Dual<N>; 4];
+
+/// The end of a leg, and the rates of all that with its time.
+type End<const N: usize> = (AtEnd<N>, [f64; 4]);
 
 /// What a leg does to columns.
 struct Passage<'a> {
@@ -49,15 +52,17 @@ impl Differentiated {
         let found = if leg == Leg::Chatter {
             self.along(&passage, &self.contact.chatter, |model, start, from, end| {
                 let outcome = traverse(model, leg, start, from, end)?;
-                Some((outcome.image, outcome.condition))
+                let [x1, v1, v2] = outcome.image;
+                // Time is left from the end of the leg to that of the chatter.
+                Some(([x1, v1, v2, outcome.condition], [0.0, 0.0, 0.0, -1.0]))
             })
         } else if self.by.len() == 1 {
             self.along(&passage, &self.contact.one, |model, start, from, end| {
-                contact(model, leg, (start, from), end)
+                self.contact_ends(model, leg, (start, from), end)
             })
         } else {
             self.along(&passage, &self.contact.few, |model, start, from, end| {
-                contact(model, leg, (start, from), end)
+                self.contact_ends(model, leg, (start, from), end)
             })
         };
         let (columns, rate) = found.ok_or_else(|| self.no_derivative(clock))?;
@@ -76,15 +81,13 @@ impl Differentiated {
         let mut rate = f64::NAN;
         for (model, first) in models(made, &self.system, &self.names) {
             let (start, from) = start(model, here, mode, first);
-            let time = Dual::variable(clock.time_in_period, END);
-            let end = Moment { period: clock.period, time };
-            let ([x1, v1, v2], condition) = leg(model, &start, &from, &end)?;
-            rate = condition.slope[END];
-            let count = (N - 1).min(self.by.len() - first);
-            columns.extend((END + 1..).take(count).map(|i| {
+            let ([x1, v1, v2, condition], rates) = leg(model, &start, &from, &moment(clock))?;
+            rate = rates[3];
+            let count = N.min(self.by.len() - first);
+            columns.extend((0..count).map(|i| {
                 let delay = -condition.slope[i] / rate;
-                let row = |dual: &Dual<N>| dual.slope[i] + dual.slope[END] * delay;
-                [row(&x1), row(&v1), row(&v2), delay]
+                let row = |dual: &Dual<N>, rate: f64| dual.slope[i] + rate * delay;
+                [row(&x1, rates[0]), row(&v1, rates[1]), row(&v2, rates[2]), delay]
             }));
         }
         Some((columns, rate))
@@ -128,39 +131,70 @@ impl Differentiated {
         let (mut columns, mut rates) = (Columns::with_capacity(self.by.len()), [0.0; 4]);
         for (model, first) in models(made, &self.system, &self.names) {
             let (start, from) = start(model, here, Some(mode), first);
-            let time = Dual::variable(clock.time_in_period, END);
-            let end = Moment { period: clock.period, time };
-            let s = model.elapsed(&from, &end);
-            let DualState { x1, v1, x2, v2 } = match mode {
-                ContactMode::Stick => start,
-                _ => slide(model, &start, mode, &from, s)?,
+            let s = model.elapsed(&from, &moment(clock));
+            let DualState { x1, v1, x2, v2 } = if mode == ContactMode::Stick {
+                start
+            } else {
+                let (there, along) = slide_with_rates(model, &start, mode, &from, s)?;
+                let DualState { x1, v1, v2, x2 } = self.moving(&there, along);
+                rates = [x1, v1, v2, x2].map(|row| row.slope[0]);
+                there
             };
             let rows = [x1, v1, v2, x2];
-            rates = rows.map(|row| row.slope[END]);
-            let count = (N - 1).min(self.by.len() - first);
-            columns.extend((END + 1..).take(count).map(|i| rows.map(|row| row.slope[i])));
+            let count = N.min(self.by.len() - first);
+            columns.extend((0..count).map(|i| rows.map(|row| row.slope[i])));
         }
         Some((columns, rates))
     }
+
+    /// The end of a leg of contact.
+    fn contact_ends<const N: usize>(
+        &self,
+        model: &Model<N>,
+        leg: Leg,
+        (start, from): (&DualState<N>, &Moment<N>),
+        end: &Moment<N>,
+    ) -> Option<End<N>> {
+        let stop = Dual::constant(0.0);
+        let by_time = self.contact.by_time(&self.system);
+        let time = Dual::variable(end.time.value, 0);
+        let later = Moment { period: end.period, time };
+        match leg {
+            Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
+                let (mode, s) = (slide_mode(positive), model.elapsed(from, end));
+                let (there, along) = slide_with_rates(model, start, mode, from, s)?;
+                if matches!(leg, Leg::SlideToStop(_)) {
+                    let [rate, stops] = along;
+                    return Some(([there.x1, stop, stop, there.v1], [rate, 0.0, 0.0, stops]));
+                }
+                let DualState { x1, v1, v2, .. } = there;
+                let force = free_gap_acceleration(model, &there, end);
+                let moving = self.moving(&there, along);
+                let fall = free_gap_acceleration(by_time, &moving, &later);
+                let rates = [moving.x1, moving.v1, moving.v2, fall].map(|row| row.slope[0]);
+                Some(([x1, v1, v2, force], rates))
+            }
+            Leg::Stick(how) => {
+                let ends = stick_end(model, start, end, how);
+                let rests = self.moving(start, [0.0; 2]);
+                let [rate] = stick_end(by_time, &rests, &later, how).slope;
+                Some(([start.x1, stop, stop, ends], [0.0, 0.0, 0.0, rate]))
+            }
+            Leg::Impact(..) | Leg::Chatter | Leg::Circuit => None,
+        }
+    }
+
+    /// A state on the contact whose x1 and x1' have these rates, with its derivatives by time.
+    fn moving<const N: usize>(&self, state: &DualState<N>, rates: [f64; 2]) -> DualState<1> {
+        let [x1, v1] = [(state.x1, rates[0]), (state.v1, rates[1])]
+            .map(|(x, rate)| Dual { value: x.value, slope: [rate] });
+        on_contact(self.contact.by_time(&self.system), x1, v1)
+    }
 }
 
-/// The end of a leg of contact.
-fn contact<const N: usize>(
-    model: &Model<N>,
-    leg: Leg,
-    (start, from): (&DualState<N>, &Moment<N>),
-    end: &Moment<N>,
-) -> Option<End<N>> {
-    let stop = Dual::constant(0.0);
-    match leg {
-        Leg::SlideToRelease(positive) | Leg::SlideToStop(positive) => {
-            let stops = matches!(leg, Leg::SlideToStop(_));
-            let slid = slide_to_end(model, (start, from), end, (positive, stops))?;
-            Some((slid.image, slid.condition))
-        }
-        Leg::Stick(how) => Some(([start.x1, stop, stop], stick_end(model, start, end, how))),
-        Leg::Impact(..) | Leg::Chatter | Leg::Circuit => None,
-    }
+/// An instant that stays where it is.
+fn moment<const N: usize>(clock: Clock) -> Moment<N> {
+    Moment { period: clock.period, time: Dual::constant(clock.time_in_period) }
 }
 
 /// Where a leg starts, with derivatives along the columns there from this one on.
@@ -173,8 +207,7 @@ fn start<const N: usize>(
     let State { x1, v1, x2, v2 } = here.state;
     let along = |value: f64, component: usize| {
         let mut dual = Dual::constant(value);
-        let columns = here.columns[first..].iter().take(N - 1);
-        for (slope, column) in dual.slope[END + 1..].iter_mut().zip(columns) {
+        for (slope, column) in dual.slope.iter_mut().zip(&here.columns[first..]) {
             *slope = column[component];
         }
         dual

@@ -5,21 +5,25 @@ use std::sync::OnceLock;
 use crate::model::parameters::System;
 use crate::tangent::{DIRECTIONS, Model};
 
-/// Directions of one column, or of three: that of the time at the end comes first. And those of a leg
-/// that is chatter.
-const OF_ONE: usize = 2;
-const OF_FEW: usize = 4;
+/// Columns that legs carry along at once: one alone, or several; and those of a leg that is chatter.
+const ONE: usize = 1;
+const FEW: usize = 4;
 const OF_CHATTER: usize = DIRECTIONS;
 
-/// Direction of the end time.
-pub(super) const END: usize = 0;
-
-/// Systems that carry derivatives along some columns each, until all have had theirs.
+/// Systems that carry derivatives along some columns each, until all have had theirs; and by time alone.
 #[derive(Default)]
 pub(super) struct Models {
-    pub one: OnceLock<Vec<Model<OF_ONE>>>,
-    pub few: OnceLock<Vec<Model<OF_FEW>>>,
+    pub one: OnceLock<Vec<Model<ONE>>>,
+    pub few: OnceLock<Vec<Model<FEW>>>,
     pub chatter: OnceLock<Vec<Model<OF_CHATTER>>>,
+    by_time: OnceLock<Model<1>>,
+}
+
+impl Models {
+    /// None of whose numbers changes.
+    pub fn by_time(&self, system: &System) -> &Model<1> {
+        self.by_time.get_or_init(|| Model::by(system, |_| None, false))
+    }
 }
 
 /// All of them, which are made when they are first needed, each with its first column.
@@ -30,10 +34,9 @@ pub(super) fn models<'a, const N: usize>(
 ) -> impl Iterator<Item = (&'a Model<N>, usize)> {
     let all = made.get_or_init(|| {
         let of = |names: &[String]| {
-            let place = |name: &str| names.iter().position(|other| other == name);
-            Model::by(system, |name| place(name).map(|i| END + 1 + i), false)
+            Model::by(system, |name| names.iter().position(|other| other == name), false)
         };
-        names.chunks(N - 1).map(of).collect()
+        names.chunks(N).map(of).collect()
     });
-    all.iter().zip((0..).step_by(N - 1))
+    all.iter().zip((0..).step_by(N))
 }
