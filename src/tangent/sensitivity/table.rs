@@ -95,6 +95,9 @@ impl SensitivityTable {
     }
 
     /// Writes all of it to a slice of the same length.
+    ///
+    /// # Panics
+    /// If it has another one.
     pub fn write(&self, to: &mut [f64]) {
         assert_eq!(to.len(), self.len(), "numbers of the table");
         let (mut from, mut rest) = (0, to);
