@@ -28,7 +28,7 @@ pub use recorded::{Recorded, Row};
 pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
 pub use structure_audit::StructureAudit;
 pub(crate) use together::{Together, run_together};
-pub(crate) use trace::{Copies, Trace};
+pub(crate) use trace::{Begins, Copies, Trace, TracedLeg};
 
 use serde::{Deserialize, Serialize};
 
@@ -100,7 +100,7 @@ pub struct Run<M: Recorded = System> {
     pub events: Vec<EventRecord>,
     /// What is known of them beyond the tables.
     #[serde(skip)]
-    pub(crate) trace: Trace,
+    pub(crate) trace: Trace<M>,
     /// State at the end.
     pub final_state: FinalState<M::State, M::Mode>,
     /// Why the run ended.
@@ -197,6 +197,11 @@ impl<M: Recorded> Run<M> {
     /// Whether it has kept all events since a start apart, and between them the bodies fly.
     pub(crate) fn is_all_flights(&self) -> bool {
         self.is_whole() && self.contacts.is_empty() && !self.skips_at_end()
+    }
+
+    /// The leg with which it begins, if it has kept all events.
+    pub(crate) fn whole_from(&self) -> Option<&AnchorOf<M>> {
+        (self.window == Clock::START).then_some(&self.window_anchor)
     }
 
     /// Whether it has kept all events since a start apart.

@@ -19,7 +19,9 @@ mod source;
 mod structure;
 mod structure_cycles;
 mod structure_follower;
+mod structure_kept;
 mod structure_legs;
+mod structure_source;
 mod table;
 
 pub use error::SensitivityError;
@@ -38,7 +40,7 @@ use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::ImpactRecord;
-use crate::simulate::run::{Run, RunError};
+use crate::simulate::run::{Recorded, Run, RunError};
 use crate::simulate::{self, Simulation};
 use crate::tangent::tolerances::SAME_TIME;
 
@@ -254,13 +256,13 @@ pub fn sensitivity(
 }
 
 /// The same run once more, if it has the same events.
-fn run_again(run: &Run, initial: State, cancel: &CancelToken) -> Option<Run> {
+fn run_again<M: Recorded>(run: &Run<M>, initial: M::State, cancel: &CancelToken) -> Option<Run<M>> {
     let again = match simulate::run::run(&run.system, initial, run.options, cancel) {
         Ok(again) => again,
         Err(RunError::Simulation { done, .. }) => *done,
         Err(_) => return None,
     };
-    (again.is_whole() && again.events.len() == run.events.len()).then_some(again)
+    (again.whole_from().is_some() && again.events.len() == run.events.len()).then_some(again)
 }
 
 /// Impacts and sections that are followed: not copied.

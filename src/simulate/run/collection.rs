@@ -4,6 +4,7 @@ use super::collector::Collector;
 use super::kept::Kept;
 use super::options::RunOptions;
 use super::recorded::Recorded;
+use super::trace::Begins;
 use super::{FinalState, Run, RunError};
 use crate::model::error::{SimulationError, StateError};
 use crate::model::parameters::System;
@@ -87,8 +88,35 @@ impl<M: Recorded> Collection<M> {
 
     /// Runs to the end.
     pub(super) fn run_out(&mut self) {
-        while let Some(event) = self.simulation.advance(&mut self.collector) {
+        while let Some(event) = self.next() {
             self.took(event);
+        }
+    }
+
+    /// The next event; legs on the way are noted.
+    fn next(&mut self) -> Option<Result<M::Event, SimulationError>> {
+        let Self { simulation, collector, kept, .. } = self;
+        if !M::NOTES_LEGS || kept.trace.legs.is_none() {
+            return simulation.advance(collector);
+        }
+        if simulation.checkpoint().stopped.is_some() {
+            return None;
+        }
+        loop {
+            let turn = simulation.step(collector);
+            let point = simulation.checkpoint();
+            let begins = match &turn {
+                Some(Ok(event)) => M::begins(event, &point.anchor, point.skips()),
+                Some(Err(_)) => None,
+                // Unless the same leg goes on.
+                None => (point.elapsed.hi == 0.0).then_some(Begins::Silently),
+            };
+            if let Some(begins) = begins {
+                kept.trace.begins(point, begins);
+            }
+            if turn.is_some() {
+                return turn;
+            }
         }
     }
 
@@ -98,7 +126,11 @@ impl<M: Recorded> Collection<M> {
     /// [`RunError`]: a bad option or start.
     pub fn begin(system: &M, initial: M::State, options: RunOptions) -> Result<Self, RunError<M>> {
         options.check(system)?;
-        Ok(Self::new(system, initial, options, &CancelToken::never())?)
+        let mut all = Self::new(system, initial, options, &CancelToken::never())?;
+        if M::NOTES_LEGS && all.window == Clock::START {
+            all.kept.trace.legs = Some(Vec::new());
+        }
+        Ok(all)
     }
 
     /// Goes on until the run ends or `cancel` interrupts it, also after an interruption. Returns

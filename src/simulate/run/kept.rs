@@ -12,7 +12,7 @@ pub(super) struct Kept<M: Recorded> {
     pub grazes: Vec<M::GrazeRow>,
     pub contacts: Vec<M::ContactRow>,
     pub events: Vec<EventRecord>,
-    pub trace: Trace,
+    pub trace: Trace<M>,
 }
 
 impl<M: Recorded> Kept<M> {

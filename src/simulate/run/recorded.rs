@@ -6,6 +6,7 @@ use std::fmt::Debug;
 
 use super::Run;
 use super::leg::Leg;
+use super::trace::Begins;
 use crate::flight::Drive;
 use crate::model::Point;
 use crate::model::state::Clock;
@@ -56,6 +57,13 @@ pub trait Recorded: Model {
     fn passed_over(clock: Clock, state: &Self::State) -> Option<AnchorOf<Self>>;
     /// u before an impact.
     fn approach(event: &Self::Event) -> f64;
+    /// Whether legs are noted that the events of a run do not tell.
+    const NOTES_LEGS: bool = false;
+    /// How this leg begins, in which impacts are skipped or not, with this event; `None` where the event
+    /// tells all of it.
+    fn begins(_event: &Self::Event, _leg: &AnchorOf<Self>, _skips: bool) -> Option<Begins<Self>> {
+        None
+    }
     /// The leg that a kept event begins, after the leg before it.
     fn leg_after(
         run: &Run<Self>,

@@ -5,6 +5,7 @@
 use super::Run;
 use super::legs::{Kind, Leg};
 use super::recorded::{Kept, Recorded, Row};
+use super::trace::Begins;
 use crate::flight::Drive;
 use crate::impact::RegimeKind;
 use crate::model::state::Clock;
@@ -225,6 +226,18 @@ impl Recorded for Structure {
         match event {
             StructureEvent::Impact(e) => e.impact.approach_velocity,
             _ => 0.0,
+        }
+    }
+
+    const NOTES_LEGS: bool = true;
+
+    fn begins(event: &StructureEvent, leg: &AnchorOf<Self>, skips: bool) -> Option<Begins<Self>> {
+        let flies = matches!(leg.phase, Phase::Flight(FlightStart::Touching)) && !skips;
+        match event {
+            StructureEvent::Graze(_) | StructureEvent::Stop(_) => None,
+            StructureEvent::Impact(_) if flies && leg.touching.is_plain() => None,
+            StructureEvent::Impact(e) => Some(Begins::WithImpact(e.impact)),
+            _ => Some(Begins::WithContact),
         }
     }
 

@@ -1,12 +1,36 @@
 //! What a run knows of its events beyond their tables. Derivatives use it (tangent/sensitivity).
 
+use crate::simulate::{AnchorOf, CheckpointOf, Model};
+
 /// Of each event, and of what was copied. A run that was read from a file has none.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Trace {
+#[derive(Debug, Clone)]
+pub(crate) struct Trace<M: Model> {
     /// What the clocks of the events hold beyond the tables.
     pub residuals: Vec<f64>,
     /// In order.
     pub copies: Vec<Copies>,
+    /// The legs that events do not tell, in order; `None`: they have not been noted.
+    pub legs: Option<Vec<TracedLeg<M>>>,
+}
+
+/// A leg that its event does not tell, or that begins without one.
+#[derive(Debug, Clone)]
+pub(crate) struct TracedLeg<M: Model> {
+    /// Events before it, without its own.
+    pub events: usize,
+    /// What it begins with.
+    pub begins: Begins<M>,
+    pub anchor: AnchorOf<M>,
+    /// Whether impacts are skipped in it.
+    pub skips: bool,
+}
+
+/// What a leg begins with.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Begins<M: Model> {
+    Silently,
+    WithImpact(M::Impact),
+    WithContact,
 }
 
 /// Events that were copied from those before them: they repeat to the last bit.
@@ -21,13 +45,19 @@ pub(crate) struct Copies {
 }
 
 /// How a run was made plays no part in what it is.
-impl PartialEq for Trace {
+impl<M: Model> PartialEq for Trace<M> {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-impl Trace {
+impl<M: Model> Default for Trace<M> {
+    fn default() -> Self {
+        Self { residuals: Vec::new(), copies: Vec::new(), legs: None }
+    }
+}
+
+impl<M: Model> Trace<M> {
     /// Takes note of a copy of the last events, before it is made.
     pub fn copied(&mut self, events: usize, periods: i64) {
         let first = self.residuals.len();
@@ -39,6 +69,14 @@ impl Trace {
             return;
         }
         self.copies.push(Copies { first, events, periods, times: 1 });
+    }
+
+    /// Takes note of the leg that begins so, before its event is taken.
+    pub fn begins(&mut self, point: &CheckpointOf<M>, begins: Begins<M>) {
+        if let Some(legs) = &mut self.legs {
+            let (events, anchor) = (self.residuals.len(), point.anchor.clone());
+            legs.push(TracedLeg { events, begins, anchor, skips: point.skips() });
+        }
     }
 }
 

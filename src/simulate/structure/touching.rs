@@ -78,7 +78,7 @@ impl Clone for Touching {
 
 impl Touching {
     /// Whether a leg begins on at most one stop, which it leaves, and nothing else is to be told.
-    pub(super) fn is_plain(&self) -> bool {
+    pub(crate) fn is_plain(&self) -> bool {
         let Self { at, were_closed, were_held, in_sequence, speed, pending } = self;
         let leaves = match at[..] {
             [] => true,

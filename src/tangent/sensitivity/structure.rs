@@ -5,42 +5,32 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::error::SensitivityError;
-use super::structure_cycles::RepeatedImpacts;
 use super::structure_follower::{Follower, Rows, Turn};
-use super::structure_legs::{StructureLegs, flight, tell};
+use super::structure_kept::Kept;
+use super::structure_legs::{StructureLegs, tell};
+use super::structure_source::Source;
 use super::table::SensitivityTable;
-use super::{Place, Sensitivity, check_names};
-use crate::impact::strike;
+use super::{Place, Sensitivity, check_names, run_again};
 use crate::model::state::Clock;
-use crate::model::structure::{Coordinates, Structure, StructureState, Variation};
+use crate::model::structure::{Structure, StructureState, Variation};
 use crate::numerics::cancel::CancelToken;
+use crate::simulate::Simulation;
 use crate::simulate::run::{Run, StopImpactRecord};
-use crate::simulate::structure::{StopImpactEvent, StructureEvent};
-use crate::simulate::{Anchor, AnchorOf, Simulation};
 use crate::tangent::structure::{Linearised, Perturbed};
 use crate::tangent::tolerances::SAME_TIME;
 
 impl Follower<'_> {
     /// To the end of the run: derivatives of the state there, or nothing if the caller has cancelled.
-    fn follow(
-        &mut self,
-        mut simulation: Simulation<Structure>,
-    ) -> Result<Option<DMatrix<f64>>, SensitivityError> {
-        simulation.skips_repeats_until(Clock::START.period);
-        self.leg(&simulation);
-        let (mut cycle, mut may_repeat) = (None, true);
+    fn follow(&mut self, mut source: Source) -> Result<Option<DMatrix<f64>>, SensitivityError> {
+        self.leg(&mut source);
+        let mut may_repeat = true;
         loop {
-            let mut turn = self.turn(&mut simulation)?;
-            if let Some((found, _)) = simulation.repeats() {
-                cycle = Some(found);
-            }
+            let mut turn = self.turn(&mut source)?;
             if turn == Turn::Over
                 && may_repeat
-                && let Some(found) = cycle
-                && self.can_repeat(&simulation, &found)
+                && let Some(alike) = self.cycle_from(&source)
             {
-                cycle = None;
-                let repeated = self.repeat(&mut simulation, &found);
+                let repeated = self.repeat(&mut source, &alike);
                 may_repeat = repeated.is_some();
                 turn = repeated.unwrap_or(turn);
             }
@@ -51,126 +41,6 @@ impl Follower<'_> {
             }
         }
     }
-
-    /// As [`Self::follow`], along the impacts that a run has kept, where there is nothing else.
-    fn follow_kept(
-        &mut self,
-        run: &Run<Structure>,
-        initial: StructureState,
-        cancel: &CancelToken,
-    ) -> Result<Option<DMatrix<f64>>, SensitivityError> {
-        let mut leg = Anchor::apart(Clock::START, initial);
-        self.derivatives = self.derivatives.clone().without_chatter();
-        self.fly_from(&leg);
-        let rows = &run.impacts;
-        let repeated = RepeatedImpacts::of(run);
-        let mut place = 0;
-        while let Some(row) = rows.get(place) {
-            if cancel.is_cancelled() {
-                return Ok(None);
-            }
-            self.pass_row(run, row, &mut leg)?;
-            if let Some(cycle) = repeated.filter(|cycle| cycle.first == place)
-                && self.derivatives.begins_anew()
-            {
-                let unit = self.unit();
-                let mut one = self.of_one_cycle(&unit, leg.clock);
-                one.derivatives = one.derivatives.without_chatter();
-                one.fly_from(&leg);
-                for row in &rows[place + 1..=place + cycle.count] {
-                    one.pass_row(run, row, &mut leg)?;
-                }
-                // The last leg is the first of the next cycle.
-                one.legs.pop();
-                self.legs.pop();
-                let shift = cycle.left * cycle.periods;
-                self.sections.start = one.sections.start + shift;
-                self.take_cycles(one.into_cycle(), unit, (cycle.left, cycle.periods));
-                leg.clock.period += shift;
-                self.derivatives.begin_at(leg.clock);
-                self.derivatives = self.derivatives.clone().without_chatter();
-                self.fly_from(&leg);
-                place += (cycle.left.unsigned_abs() as usize + 1) * cycle.count;
-            }
-            place += 1;
-        }
-        let end = run.final_state.clock;
-        self.pass_sections(None)?;
-        if run.impacts.is_empty() {
-            let there = self.of.state_at(&leg, end);
-            if !is_near(&there, &run.final_state.state) {
-                return Err(self.other_motion(end));
-            }
-        }
-        Ok(Some(self.at_end()?))
-    }
-
-    /// To the next of the impacts that a run has kept, and the flight after it.
-    fn pass_row(
-        &mut self,
-        run: &Run<Structure>,
-        row: &StopImpactRecord,
-        leg: &mut AnchorOf<Structure>,
-    ) -> Result<(), SensitivityError> {
-        let event = kept_event(&run.system, row).ok_or(self.other_motion(leg.clock))?;
-        self.pass_sections(Some(event.clock))?;
-        if leg.clock == Clock::START && !self.leads_to(leg, &event) {
-            return Err(self.other_motion(event.clock));
-        }
-        let next = flight(event.clock, event.post.clone());
-        let event = StructureEvent::Impact(event);
-        self.derivatives.pass_to(leg, &next, Some(&event))?;
-        self.take(&event);
-        self.derivatives.settle(&next);
-        self.fly_from(&next);
-        *leg = next;
-        Ok(())
-    }
-
-    /// Tells the sections before an instant, or all.
-    fn pass_sections(&mut self, until: Option<Clock>) -> Result<(), SensitivityError> {
-        while let Some(k) = self.sections.clone().next() {
-            let period = k - i64::from(self.section_offset > 0.0);
-            let clock = Clock::new(period, self.section_offset);
-            // One that falls on an event is left for the leg after it.
-            if until.is_some_and(|until| clock >= until) {
-                break;
-            }
-            self.section(clock)?;
-            self.sections.next();
-        }
-        Ok(())
-    }
-
-    /// Whether the flight from the start leads to its first impact.
-    fn leads_to(&self, leg: &AnchorOf<Structure>, event: &StopImpactEvent) -> bool {
-        is_near(&self.of.state_at(leg, event.clock), &event.pre)
-    }
-}
-
-/// Whether a run has kept all of its events, and these are impacts at instants of their own.
-fn is_plain(run: &Run<Structure>) -> bool {
-    let clock = |row: &StopImpactRecord| Clock::new(row.period, row.time_in_period);
-    let apart = run.impacts.windows(2).all(|rows| clock(&rows[0]) < clock(&rows[1]));
-    run.is_all_flights() && run.grazes.is_empty() && apart
-}
-
-/// A kept impact.
-fn kept_event(structure: &Structure, row: &StopImpactRecord) -> Option<StopImpactEvent> {
-    let state = |v: &Coordinates| StructureState { q: row.q.clone(), v: v.clone() };
-    let mut velocities = row.v_pre.clone();
-    let stop = usize::try_from(row.stop).ok()?;
-    let impact = strike(structure, stop, row.approach_velocity, &mut velocities).ok()?;
-    let (pre, post) = (state(&row.v_pre), state(&row.v_post));
-    let clock = Clock::new(row.period, row.time_in_period);
-    Some(StopImpactEvent { clock, time: row.time, phase: row.phase, pre, post, impact })
-}
-
-/// Whether two states are the same but for rounding.
-fn is_near(a: &StructureState, b: &StructureState) -> bool {
-    let pairs = a.q.iter().zip(&b.q).chain(a.v.iter().zip(&b.v));
-    let size = b.q.iter().chain(&b.v).fold(1.0, |most: f64, x| most.max(x.abs()));
-    pairs.into_iter().all(|(a, b)| (a - b).abs() <= SAME_TIME * size)
 }
 
 /// Derivatives of a run of a structure from `initial` at t = 0 along variations of the structure and of
@@ -224,33 +94,46 @@ pub fn structure_sensitivity(
     let of = Arc::new(Linearised::along(structure, by));
     let options = &run.options;
     let end = run.final_state.clock;
-    let simulation = Simulation::new(structure, initial.clone())?
-        .until(options.horizon)
-        .max_events(options.max_events)
-        .chatter_tolerance(options.chatter_tolerance)
-        .section_phase(options.section_phase)
-        .cancel_with(cancel);
     let phase = options.section_phase;
+    let section_offset = if phase > 0.0 { phase / structure.drive_frequency() } else { 0.0 };
     let mut follower = Follower {
         of: &of,
         window: run.window,
         end,
-        section_offset: if phase > 0.0 { phase / structure.drive_frequency() } else { 0.0 },
+        section_offset,
         sections: run.first_section..run.first_section + run.stroboscopic.len() as i64,
         derivatives: Perturbed::new(Arc::clone(&of), Clock::START, columns),
         legs: Vec::new(),
         rows: Rows::default(),
     };
-    let last = if is_plain(run) {
-        follower.follow_kept(run, initial, cancel)?
+    let again;
+    let mut kept = Kept::new(run, &initial, section_offset, cancel)?;
+    if kept.is_none() && run.whole_from().is_some() {
+        // One that was read from a file, or made beside others.
+        again = run_again(run, initial.clone(), cancel);
+        if let Some(again) = &again {
+            kept = Kept::new(again, &initial, section_offset, cancel)?;
+        }
+    }
+    let source = if let Some(kept) = kept {
+        Source::Kept(Box::new(kept))
     } else {
-        follower.follow(simulation)?
+        let simulation = Simulation::new(structure, initial)?
+            .until(options.horizon)
+            .max_events(options.max_events)
+            .chatter_tolerance(options.chatter_tolerance)
+            .section_phase(options.section_phase)
+            .cancel_with(cancel);
+        Source::found(simulation)
     };
+    let last = follower.follow(source)?;
     let Follower { legs, rows, derivatives: blank, .. } = follower;
     let mut until = None;
     let final_state = match (last, legs.last()) {
         (Some(columns), _) => columns,
         (None, Some(leg)) => {
+            let cycled = leg.cycled_at(of.drive(), f64::INFINITY);
+            let leg = cycled.as_ref().unwrap_or(leg);
             until = Some(leg.time);
             leg.at_fixed_time(&blank, leg.clock)?
         }

@@ -9,49 +9,12 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, RowDVector};
 
 use super::structure_follower::{Follower, Rows, Turn};
-use super::structure_legs::{Cycled, From, OneCycle, SensitiveLeg};
+use super::structure_legs::{Cycled, Cycles, From, SensitiveLeg};
+use super::structure_source::{Alike, Source};
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, Variation};
-use crate::simulate::run::{Run, StopImpactRecord};
-use crate::simulate::{AnchorOf, Cycle, Phase, Simulation};
+use crate::simulate::AnchorOf;
 use crate::tangent::structure::{Linearised, Perturbed};
-
-/// The impacts of a run that come again and again, the last ones of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct RepeatedImpacts {
-    /// The first impact after which everything is repeated, and how many there are in a cycle.
-    pub first: usize,
-    pub count: usize,
-    pub periods: i64,
-    /// How many whole cycles there are, beside one.
-    pub left: i64,
-}
-
-impl RepeatedImpacts {
-    /// Of impacts that are kept one and all.
-    pub fn of(run: &Run<Structure>) -> Option<Self> {
-        let rows = &run.impacts;
-        let last = rows.len().checked_sub(1)?;
-        let count = (1..=last).find(|&count| is_again(&rows[last - count], &rows[last]))?;
-        let periods = rows[last].period - rows[last - count].period;
-        let is_same = |&place: &usize| {
-            let (row, later) = (&rows[place], &rows[place + count]);
-            is_again(row, later) && later.period - row.period == periods
-        };
-        let first = (0..=last - count).rev().take_while(is_same).last()?;
-        let left = i64::try_from((last - first) / count).unwrap_or(i64::MAX) - 1;
-        (periods > 0 && left >= FEWEST).then_some(Self { first, count, periods, left })
-    }
-}
-
-/// Whether the motion after two impacts is the same.
-fn is_again(one: &StopImpactRecord, other: &StopImpactRecord) -> bool {
-    one.time_in_period.to_bits() == other.time_in_period.to_bits()
-        && one.stop == other.stop
-        && one.q == other.q
-        && one.v_pre == other.v_pre
-        && one.v_post == other.v_post
-}
 
 /// What is told of a cycle, its legs, and the derivatives at its end.
 pub(super) type OfCycle = (Rows, Vec<SensitiveLeg>, DMatrix<f64>);
@@ -60,25 +23,16 @@ pub(super) type OfCycle = (Rows, Vec<SensitiveLeg>, DMatrix<f64>);
 const FEWEST: i64 = 4;
 
 impl Follower<'_> {
-    /// Whether a cycle may begin here: nothing of what has been before counts, but the state.
-    pub(super) fn can_repeat(&self, simulation: &Simulation<Structure>, cycle: &Cycle) -> bool {
-        let point = simulation.checkpoint();
-        let anchor = &point.anchor;
-        matches!(anchor.phase, Phase::Flight(_))
-            && !point.skips()
-            && point.elapsed.hi == 0.0
-            && self.derivatives.begins_anew()
-            && self.cycles_left(simulation, cycle) > FEWEST
+    /// A cycle that may begin here, where nothing of what has been before counts but the state, and that
+    /// comes again often.
+    pub(super) fn cycle_from(&self, source: &Source) -> Option<Alike> {
+        let alike = source.alike()?;
+        let begins = source.begins_flight() && self.derivatives.begins_anew();
+        (begins && self.cycles_left(source, &alike) > FEWEST).then_some(alike)
     }
 
-    /// How many cycles there are from here on, all before the window, of which nothing is told, or all in it.
-    fn cycles_left(&self, simulation: &Simulation<Structure>, cycle: &Cycle) -> i64 {
-        let (point, left) = (simulation.checkpoint(), simulation.cycles_left_to_end(cycle));
-        let clock = point.anchor.clock;
-        if clock <= self.window {
-            return left.min((self.window.period - 2 - clock.period).max(0) / cycle.periods);
-        }
-        if point.next_section >= self.sections.start { left } else { 0 }
+    fn cycles_left(&self, source: &Source, alike: &Alike) -> i64 {
+        source.cycles_left(alike, (self.window, self.sections.start))
     }
 
     /// What follows one cycle from here, the derivatives of the state at its start beside.
@@ -110,43 +64,38 @@ impl Follower<'_> {
         Perturbed::new(of, Clock::START, DMatrix::zeros(0, 0))
     }
 
-    /// Follows one cycle of a simulation, and takes the others from it; `None`: the simulation stays where
-    /// it is, as derivatives by some start are refused.
-    pub(super) fn repeat(
-        &mut self,
-        simulation: &mut Simulation<Structure>,
-        cycle: &Cycle,
-    ) -> Option<Turn> {
-        let saved = simulation.clone();
-        let start = simulation.checkpoint().anchor.clone();
-        let events = simulation.checkpoint().events + cycle.events;
+    /// Follows one cycle, and takes the others from it; `None`: the motion stays where it is, as
+    /// derivatives by some start are refused.
+    pub(super) fn repeat(&mut self, source: &mut Source, alike: &Alike) -> Option<Turn> {
+        let saved = source.clone();
+        let start = source.anchor().clone();
+        let events = source.events() + alike.events;
         self.derivatives.settle(&start);
         let unit = self.unit();
         let mut one = self.of_one_cycle(&unit, start.clock);
-        one.leg(simulation);
+        one.leg(source);
         let turn = loop {
-            let Ok(turn) = one.turn(simulation) else {
-                *simulation = saved;
+            let Ok(turn) = one.turn(source) else {
+                *source = saved;
                 return None;
             };
-            let point = simulation.checkpoint();
-            let is_over = point.events >= events && point.elapsed.hi == 0.0;
-            if turn != Turn::Over || is_over {
+            if turn != Turn::Over || (source.events() >= events && source.begins_flight()) {
                 break turn;
             }
         };
-        let here = simulation.checkpoint().anchor.clone();
-        let is_whole = turn == Turn::Over && here == later(&start, cycle.periods);
-        let times = if is_whole { self.cycles_left(simulation, cycle) } else { 0 };
+        let here = source.anchor().clone();
+        let is_whole = turn == Turn::Over && here == later(&start, alike.periods);
+        let times = if is_whole { self.cycles_left(source, alike) } else { 0 };
         if turn == Turn::Over {
             one.derivatives.settle(&here);
+            // That is the first of the next cycle.
+            one.legs.pop();
         }
-        self.take_cycles(one.into_cycle(), unit, (times, cycle.periods));
+        self.take_cycles(one.into_cycle(), unit, (times, alike.periods));
         if turn == Turn::Over {
-            simulation.repeat(cycle, times);
-            let clock = simulation.checkpoint().anchor.clock;
-            self.derivatives.begin_at(clock);
-            self.leg(simulation);
+            source.pass(alike, times);
+            self.derivatives.begin_at(source.anchor().clock);
+            self.leg(source);
         }
         Some(turn)
     }
@@ -158,23 +107,26 @@ impl Follower<'_> {
         unit: Perturbed,
         (times, periods): (i64, i64),
     ) {
-        let cycle = Arc::new(OneCycle { unit, legs });
+        let shape @ (count, width) = self.derivatives.columns().shape();
+        let shown = Shown::new(rows, shape);
         let drive = *self.of.drive();
+        let mut starts = Vec::new();
         for time in 0..=times {
             let later = time * periods;
-            let start = Arc::new(self.derivatives.columns().clone());
+            let start = self.derivatives.columns().clone();
             let after = (later, drive.period.hi * later as f64);
-            self.rows.take_cycle(&rows, &start, after, self.of.later(later).as_ref());
-            for (place, leg) in cycle.legs.iter().enumerate() {
-                let clock = Clock { period: leg.clock.period + later, ..leg.clock };
-                let (of, start) = (Arc::clone(&cycle), Arc::clone(&start));
-                let from = From::Cycled(Cycled { of, place, periods: later, start });
-                self.legs.push(SensitiveLeg { time: drive.time(clock), clock, from });
-            }
-            let count = start.nrows();
-            let by_start = map.columns(0, count) * &*start;
-            *self.derivatives.columns_mut() = by_start + map.columns(count, start.ncols());
+            self.rows.take_cycle(&shown, &start, after, self.of.later(later).as_ref());
+            let by_start = map.columns(0, count) * &start;
+            *self.derivatives.columns_mut() = by_start + map.columns(count, width);
+            starts.push(start);
         }
+        let Some(&SensitiveLeg { time, clock, .. }) = legs.first() else { return };
+        if self.legs.last().is_some_and(|last| last.clock == clock) {
+            self.legs.pop();
+        }
+        let of = Arc::new(Cycles { legs, unit, periods, starts });
+        let from = From::Cycled(Cycled { of, cycle: 0, place: 0 });
+        self.legs.push(SensitiveLeg { time, clock, from });
     }
 }
 
@@ -185,25 +137,59 @@ fn later(anchor: &AnchorOf<Structure>, periods: i64) -> AnchorOf<Structure> {
     anchor
 }
 
+/// What one cycle has shown of all of them.
+struct Shown {
+    rows: Rows,
+    times: Sums,
+    before: Sums,
+    after: Sums,
+    stroboscopic: Sums,
+}
+
+/// A table whose rows are sums: of each column the own part, and of those at the start of the cycle this
+/// much.
+struct Sums {
+    width: usize,
+    /// By each column of the start, a number for each row.
+    by_start: Vec<Vec<f64>>,
+    /// A number for each column in each row.
+    own: Vec<f64>,
+}
+
+impl Shown {
+    /// From the rows of one cycle with derivatives by its start, and by so many numbers.
+    fn new(mut rows: Rows, shape: (usize, usize)) -> Self {
+        let sums = |table: &mut Vec<f64>| Sums::new(&std::mem::take(table), shape);
+        Self {
+            times: sums(&mut rows.times),
+            before: sums(&mut rows.before),
+            after: sums(&mut rows.after),
+            stroboscopic: sums(&mut rows.stroboscopic),
+            rows,
+        }
+    }
+}
+
 impl Rows {
     /// What is told of a cycle, from the derivatives at its start.
     fn take_cycle(
         &mut self,
-        one: &Self,
+        shown: &Shown,
         start: &DMatrix<f64>,
         (periods, time): (i64, f64),
         later: Option<&RowDVector<f64>>,
     ) {
         let from = self.times.len();
-        combine(&one.times, start, &mut self.times);
+        shown.times.add(start, &mut self.times);
         if let Some(later) = later {
             for row in self.times[from..].chunks_exact_mut(start.ncols()) {
                 row.iter_mut().zip(later.iter()).for_each(|(x, later)| *x += later);
             }
         }
-        combine(&one.before, start, &mut self.before);
-        combine(&one.after, start, &mut self.after);
-        combine(&one.stroboscopic, start, &mut self.stroboscopic);
+        shown.before.add(start, &mut self.before);
+        shown.after.add(start, &mut self.after);
+        shown.stroboscopic.add(start, &mut self.stroboscopic);
+        let one = &shown.rows;
         self.impacts.extend(one.impacts.iter().map(|&(period, at)| (period + periods, at + time)));
         self.one_sided.extend(one.one_sided.iter().map(|at| super::marks::OneSided {
             index: at.index + self.events,
@@ -217,15 +203,188 @@ impl Rows {
     }
 }
 
-/// Appends what rows by the start and by the numbers are from derivatives of the start.
-fn combine(rows: &[f64], start: &DMatrix<f64>, to: &mut Vec<f64>) {
-    let (count, by) = start.shape();
-    to.reserve(rows.len() / (count + by) * by);
-    for row in rows.chunks_exact(count + by) {
-        let (by_start, by_numbers) = row.split_at(count);
-        let columns = start.as_slice().chunks_exact(count);
-        to.extend(columns.zip(by_numbers).map(|(column, own)| {
-            column.iter().zip(by_start).fold(*own, |sum, (d, x)| sum + d * x)
-        }));
+impl Sums {
+    /// Of rows by the start, and by so many numbers.
+    fn new(table: &[f64], (count, width): (usize, usize)) -> Self {
+        let rows = || table.chunks_exact(count + width);
+        let by_start = (0..count).map(|j| rows().map(|row| row[j]).collect()).collect();
+        let own = rows().flat_map(|row| &row[count..]).copied().collect();
+        Self { width, by_start, own }
+    }
+
+    /// Appends the rows from derivatives of the start.
+    fn add(&self, start: &DMatrix<f64>, to: &mut Vec<f64>) {
+        let first = to.len();
+        to.extend_from_slice(&self.own);
+        let to = &mut to[first..];
+        for (of_start, row) in self.by_start.iter().zip(start.row_iter()) {
+            if let [number] = *row.transpose().as_slice() {
+                to.iter_mut().zip(of_start).for_each(|(x, by)| *x += by * number);
+                continue;
+            }
+            for (to, by) in to.chunks_exact_mut(self.width).zip(of_start) {
+                to.iter_mut().zip(row.iter()).for_each(|(x, number)| *x += by * number);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::structure::{Stop, Structure, StructureState, Variation};
+    use crate::numerics::cancel::CancelToken;
+    use crate::simulate::run::{Run, RunOptions, run};
+    use crate::tangent::sensitivity::{Sensitivity, StructureLegs, structure_sensitivity};
+
+    const PERIODS: i64 = 400;
+    const NAMES: [&str; 4] = ["gap", "v_0", "drive_frequency", "stiffness[0, 1]"];
+
+    fn between(gaps: [f64; 2], restitution: f64, drive_frequency: f64) -> Structure {
+        let (mass, stiffness) = ([[1.0, 0.0], [0.0, 2.0]], [[2.0, -1.0], [-1.0, 1.0]]);
+        Structure::builder(mass.map(Vec::from).into(), stiffness.map(Vec::from).into())
+            .stop(Stop::new([1.0, 0.0], gaps[0], restitution))
+            .stop(Stop::new([-1.0, 0.0], gaps[1], restitution))
+            .damping_ratios(vec![0.02, 0.05])
+            .drive(vec![0.0.into(), 1.0.into()], drive_frequency, 0.0)
+            .build()
+            .unwrap()
+    }
+
+    /// Motions that repeat to the last bit: with impacts alone, with chatter, with two stops that close, of
+    /// which one moves, and with slip and stick.
+    fn motions() -> [Structure; 4] {
+        let row = |numbers: [f64; 2]| numbers.to_vec();
+        let rubs = Stop::new([0.0, 1.0], 0.1, 0.2).with_friction(0.3, [1.0, 0.0]);
+        let stick = Structure::builder(
+            vec![row([1.0, 0.0]), row([0.0, 1.0])],
+            vec![row([2.0, -1.0]), row([-1.0, 2.0])],
+        )
+        .stop(rubs)
+        .damping_ratios(vec![0.02, 0.02])
+        .drive(vec![1.0.into(), 0.3.into()], 0.37, 0.0)
+        .static_load(vec![0.0, 0.4])
+        .build()
+        .unwrap();
+        [
+            between([0.3, 4.0], 0.5, 0.9),
+            between([0.1, 0.3], 0.4, 0.41),
+            between([0.05, 0.05], 0.5, 0.23),
+            stick,
+        ]
+    }
+
+    fn of(run: &Run<Structure>) -> Sensitivity<StructureLegs> {
+        let by = |name: &str| (name.to_owned(), Variation::named(name, &run.system).unwrap());
+        let never = CancelToken::never();
+        structure_sensitivity(run, start(), NAMES.map(by).to_vec(), &never).unwrap()
+    }
+
+    fn start() -> StructureState {
+        StructureState::new(&[0.01, 0.0], &[0.0, 0.0])
+    }
+
+    fn simulated(structure: &Structure, options: RunOptions) -> Run<Structure> {
+        run(structure, start(), options, &CancelToken::never()).unwrap()
+    }
+
+    fn assert_same(found: &[f64], others: &[f64]) {
+        assert_eq!(found.len(), others.len());
+        for (found, other) in found.iter().zip(others) {
+            assert!((found - other).abs() <= 1e-9 * (1.0 + other.abs()), "{found} {other}");
+        }
+    }
+
+    /// At impacts: before the last bounces, derivatives have an error of some roundings over u.
+    fn assert_same_at(run: &Run<Structure>, found: &[f64], others: &[f64]) {
+        assert_eq!(found.len(), others.len());
+        let size = found.len() / run.impacts.len();
+        let rows = found.chunks_exact(size).zip(others.chunks_exact(size));
+        for ((found, other), row) in rows.zip(&run.impacts) {
+            for (found, other) in found.iter().zip(other) {
+                let most = 1e-9 + 1e-13 / row.approach_velocity;
+                assert!((found - other).abs() <= most * (1.0 + other.abs()), "{found} {other}");
+            }
+        }
+    }
+
+    #[test]
+    fn cycles_that_repeat_have_the_derivatives_of_those_that_are_followed() {
+        for structure in motions() {
+            let options = RunOptions { section_phase: 1.3, ..RunOptions::periods(PERIODS) };
+            let all = simulated(&structure, options);
+            let copied: usize = all.trace.copies.iter().map(|all| all.times).sum();
+            assert!(copied > 10, "{copied} cycles");
+            let mut followed = simulated(&structure, options);
+            // Each cycle has what it is a copy of noted for it.
+            let copies = std::mem::take(&mut followed.trace.copies);
+            let legs = followed.trace.legs.as_mut().unwrap();
+            for copies in copies {
+                let first = copies.first - copies.events;
+                let cycle: Vec<_> = legs
+                    .iter()
+                    .filter(|leg| (first..copies.first).contains(&leg.events))
+                    .cloned()
+                    .collect();
+                for time in 1..=copies.times {
+                    for leg in &cycle {
+                        let mut leg = leg.clone();
+                        leg.events += time * copies.events;
+                        leg.anchor.clock.period += time as i64 * copies.periods;
+                        legs.push(leg);
+                    }
+                }
+                legs.sort_by_key(|leg| leg.events);
+            }
+            let (found, other) = (of(&all), of(&followed));
+            assert_same_at(&all, &found.times, &other.times);
+            assert_same_at(&all, &found.before, &other.before);
+            assert_same_at(&all, &found.after, &other.after);
+            assert_same(&found.stroboscopic, &other.stroboscopic);
+            assert_same(&found.final_state, &other.final_state);
+            assert_eq!(found.one_sided, other.one_sided);
+            let end = all.final_state.time;
+            let times: Vec<f64> = (0..=997).map(|i| end * f64::from(i) / 997.0).collect();
+            let along = |of: &Sensitivity<_>| of.trajectory(&times).unwrap().unwrap();
+            assert_same(&along(&found), &along(&other));
+        }
+    }
+
+    #[test]
+    fn a_window_that_is_followed_again_has_the_rows_of_the_whole_run() {
+        for structure in motions() {
+            for kept in [1, 7, 390] {
+                let options = RunOptions::periods(PERIODS);
+                let all = simulated(&structure, options);
+                let part = simulated(&structure, options.keep(kept));
+                let (all_of_it, found) = (of(&all), of(&part));
+                let last = |table: &[f64], numbers: usize| table[table.len() - numbers..].to_vec();
+                assert_eq!(found.times.len(), NAMES.len() * part.impacts.len());
+                assert_same_at(&part, &found.times, &last(&all_of_it.times, found.times.len()));
+                let before = last(&all_of_it.before, found.before.len());
+                assert_same_at(&part, &found.before, &before);
+                let after = last(&all_of_it.after, found.after.len());
+                assert_same_at(&part, &found.after, &after);
+                let sections = last(&all_of_it.stroboscopic, found.stroboscopic.len());
+                assert_same(&found.stroboscopic, &sections);
+                assert_same(&found.final_state, &all_of_it.final_state);
+                let (first, end) = (part.kept_from(), part.final_state.time);
+                let times: Vec<f64> =
+                    (0..=97).map(|i| first + (end - first) * f64::from(i) / 97.0).collect();
+                let along = |of: &Sensitivity<_>| of.trajectory(&times).unwrap().unwrap();
+                assert_same(&along(&found), &along(&all_of_it));
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_that_has_noted_nothing_is_made_again() {
+        for structure in motions() {
+            let all = simulated(&structure, RunOptions::periods(40));
+            let mut bare = all.clone();
+            bare.trace = crate::simulate::run::Trace::default();
+            let (found, other) = (of(&bare), of(&all));
+            assert_same(&found.stroboscopic, &other.stroboscopic);
+            assert_same(&found.final_state, &other.final_state);
+        }
     }
 }

@@ -8,27 +8,15 @@ use nalgebra::{DMatrix, RowDVector};
 use super::error::SensitivityError;
 use super::marks::{OneSided, OneSidedReason};
 use super::structure_legs::{From, SensitiveLeg, tell};
+use super::structure_source::Source;
 use crate::model::state::Clock;
-use crate::model::structure::{Structure, StructureState};
+use crate::simulate::ModelEvent;
 use crate::simulate::event::StopReason;
 use crate::simulate::structure::StructureEvent;
-use crate::simulate::{AnchorOf, ModelEvent, Observer, Simulation};
 use crate::tangent::structure::{Linearised, Perturbed};
 
 /// Sections of flights over fewer drive periods are reached from their start.
 const SHORT_FLIGHT: i64 = 16;
-
-/// The sections that a turn of a simulation has passed.
-#[derive(Default)]
-struct Passed(Vec<i64>);
-
-impl Observer<StructureState> for Passed {
-    const SECTIONS: bool = true;
-
-    fn section(&mut self, k: i64, _: &StructureState) {
-        self.0.push(k);
-    }
-}
 
 /// Tables of derivatives, of the window and of what comes before it in the same drive period.
 #[derive(Default)]
@@ -74,15 +62,11 @@ impl Follower<'_> {
         SensitivityError::OtherMotion { time: self.of.drive().time(clock) }
     }
 
-    /// A step of a simulation.
-    pub(super) fn turn(
-        &mut self,
-        simulation: &mut Simulation<Structure>,
-    ) -> Result<Turn, SensitivityError> {
-        let mut passed = Passed::default();
-        let before = simulation.checkpoint().anchor.clone();
-        let event = simulation.step(&mut passed).transpose()?;
-        for k in passed.0 {
+    /// A turn of the motion.
+    pub(super) fn turn(&mut self, source: &mut Source) -> Result<Turn, SensitivityError> {
+        let mut passed = Vec::new();
+        let event = source.turn(&mut passed)?;
+        for k in passed {
             if self.sections.contains(&k) {
                 let period = k - i64::from(self.section_offset > 0.0);
                 self.section(Clock::new(period, self.section_offset))?;
@@ -103,41 +87,39 @@ impl Follower<'_> {
             }
             return Ok(Turn::Last);
         }
-        self.derivatives.pass(&before, simulation, event.as_ref())?;
+        self.derivatives.pass_to(source.before(), source.anchor(), event.as_ref())?;
         if let Some(event) = &event {
             self.take(event);
         }
-        if before != simulation.checkpoint().anchor || simulation.checkpoint().skips() {
-            self.leg(simulation);
+        if source.before() != source.anchor() || source.skips() {
+            self.leg(source);
         }
         Ok(Turn::Over)
     }
 
     pub(super) fn at_end(&self) -> Result<DMatrix<f64>, SensitivityError> {
         let Some(last) = self.legs.last() else { return Err(self.other_motion(self.end)) };
-        last.at_fixed_time(&self.derivatives, self.end)
-    }
-
-    /// Takes note of the flight that begins.
-    pub(super) fn fly_from(&mut self, leg: &AnchorOf<Structure>) {
-        let (clock, time) = (leg.clock, self.of.drive().time(leg.clock));
-        let from = From::Flight(leg.state.clone(), self.derivatives.columns().clone());
-        self.legs.push(SensitiveLeg { time, clock, from });
+        let cycled = last.cycled_at(self.of.drive(), f64::INFINITY);
+        cycled.as_ref().unwrap_or(last).at_fixed_time(&self.derivatives, self.end)
     }
 
     /// Takes note of the leg that begins, if the window needs it.
-    pub(super) fn leg(&mut self, simulation: &Simulation<Structure>) {
-        let point = simulation.checkpoint();
-        let (anchor, hops) = (point.anchor.clone(), point.skips());
+    pub(super) fn leg(&mut self, source: &mut Source) {
+        self.derivatives.expect_chatter(source.may_chatter());
+        let (anchor, hops) = (source.anchor(), source.skips());
         let clock = anchor.clock;
         if clock <= self.window {
             self.legs.clear();
         }
-        let derivatives = &self.derivatives;
-        let derivatives = if hops { derivatives.clone() } else { derivatives.kept() };
-        let time = self.of.drive().time(clock);
-        let from = From::Any(Box::new((anchor, derivatives)), hops);
-        self.legs.push(SensitiveLeg { time, clock, from });
+        let from = if source.lasts() {
+            self.derivatives.settle(anchor);
+            From::leg(anchor, self.derivatives.columns().clone())
+        } else {
+            let derivatives = &self.derivatives;
+            let derivatives = if hops { derivatives.clone() } else { derivatives.kept() };
+            From::Any(Box::new((anchor.clone(), derivatives)), hops)
+        };
+        self.legs.push(SensitiveLeg { time: self.of.drive().time(clock), clock, from });
     }
 
     pub(super) fn section(&mut self, clock: Clock) -> Result<(), SensitivityError> {
@@ -166,6 +148,7 @@ impl Follower<'_> {
                     let state = self.of.state_at(&leg.anchor(), clock);
                     From::Flight(state, there.into_matrix())
                 }
+                From::Contact(ref from, _) => From::Contact(from.clone(), there.into_matrix()),
                 _ => From::Any(Box::new((leg.anchor(), there.kept())), false),
             };
             self.legs.push(SensitiveLeg { time, clock, from });

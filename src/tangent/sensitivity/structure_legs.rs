@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 
 use super::Along;
 use super::error::SensitivityError;
+use crate::flight::Drive;
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState};
 use crate::simulate::{Anchor, AnchorOf, FlightStart, Phase};
@@ -23,18 +24,22 @@ pub(super) struct SensitiveLeg {
     pub from: From,
 }
 
-/// A cycle of the motion, with derivatives by its start and by the numbers.
-pub(super) struct OneCycle {
-    pub unit: Perturbed,
+/// Cycles of the motion one after another.
+pub(super) struct Cycles {
+    /// The legs of one, with derivatives by its start and by the numbers; none of these.
     pub legs: Vec<SensitiveLeg>,
+    pub unit: Perturbed,
+    /// Drive periods of each.
+    pub periods: i64,
+    /// Derivatives at the start of each.
+    pub starts: Vec<DMatrix<f64>>,
 }
 
-/// A leg of a cycle, so many drive periods later, with the derivatives at the start of the cycle.
+/// A leg of one of them.
 pub(super) struct Cycled {
-    pub of: Arc<OneCycle>,
+    pub of: Arc<Cycles>,
+    pub cycle: usize,
     pub place: usize,
-    pub periods: i64,
-    pub start: Arc<DMatrix<f64>>,
 }
 
 impl Cycled {
@@ -42,40 +47,88 @@ impl Cycled {
         &self.of.legs[self.place]
     }
 
+    /// Drive periods since that of the first.
+    fn periods(&self) -> i64 {
+        self.cycle as i64 * self.of.periods
+    }
+
+    fn clock(&self) -> Clock {
+        let clock = self.leg().clock;
+        Clock { period: clock.period + self.periods(), ..clock }
+    }
+
+    /// The one of all these at a time.
+    fn at_time(&self, drive: &Drive, time: f64) -> Self {
+        let of = |cycle: usize, place: usize| Self { of: Arc::clone(&self.of), cycle, place };
+        let begins = |cycle: usize, place: usize| drive.time(of(cycle, place).clock()) <= time;
+        let cycle = last(self.of.starts.len(), |cycle| begins(cycle, 0));
+        of(cycle, last(self.of.legs.len(), |place| begins(cycle, place)))
+    }
+
     /// The derivatives where the leg begins.
     fn begin(&self, blank: &Perturbed) -> Perturbed {
         let leg = self.leg();
         let there = match &leg.from {
-            From::Flight(_, columns) => Cow::Owned(self.of.unit.at(leg.clock, columns.clone())),
+            From::Flight(_, columns) | From::Contact(_, columns) => {
+                Cow::Owned(self.of.unit.at(leg.clock, columns.clone()))
+            }
             From::Any(from, _) => Cow::Borrowed(&from.1),
             From::Cycled(of) => Cow::Owned(of.begin(&self.of.unit)),
         };
-        let (count, by) = self.start.shape();
+        let start = &self.of.starts[self.cycle];
+        let (count, by) = start.shape();
         let mut all = DMatrix::zeros(count + by, by);
-        all.rows_mut(0, count).copy_from(&self.start);
+        all.rows_mut(0, count).copy_from(start);
         all.rows_mut(count, by).fill_with_identity();
-        there.combined(blank, &all, self.periods)
+        there.combined(blank, &all, self.periods())
     }
+}
+
+/// The last of so many that has begun, or the first.
+fn last(count: usize, begins: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, count);
+    while high - low > 1 {
+        let middle = usize::midpoint(low, high);
+        if begins(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
 }
 
 /// Where a leg is followed from.
 pub(super) enum From {
     /// A flight from a state, with the derivatives of that.
     Flight(StructureState, DMatrix<f64>),
+    /// Contact.
+    Contact(Box<AnchorOf<Structure>>, DMatrix<f64>),
     /// Any leg; whether impacts are skipped.
     Any(Box<(AnchorOf<Structure>, Perturbed)>, bool),
-    /// A leg of a cycle that comes again.
+    /// A leg of a cycle that comes again, and all that follow it there.
     Cycled(Cycled),
+}
+
+impl From {
+    /// The leg that begins at this anchor, from which it lasts.
+    pub fn leg(anchor: &AnchorOf<Structure>, columns: DMatrix<f64>) -> Self {
+        match anchor.phase {
+            Phase::Flight(_) => Self::Flight(anchor.state.clone(), columns),
+            _ => Self::Contact(Box::new(anchor.clone()), columns),
+        }
+    }
 }
 
 impl SensitiveLeg {
     pub fn anchor(&self) -> AnchorOf<Structure> {
         match &self.from {
             From::Flight(state, _) => flight(self.clock, state.clone()),
+            From::Contact(anchor, _) => (**anchor).clone(),
             From::Any(from, _) => from.0.clone(),
             From::Cycled(of) => {
                 let mut anchor = of.leg().anchor();
-                anchor.clock.period += of.periods;
+                anchor.clock.period += of.periods();
                 anchor
             }
         }
@@ -83,10 +136,18 @@ impl SensitiveLeg {
 
     pub fn hops(&self) -> bool {
         match &self.from {
-            From::Flight(..) => false,
+            From::Flight(..) | From::Contact(..) => false,
             From::Any(_, hops) => *hops,
             From::Cycled(of) => of.leg().hops(),
         }
+    }
+
+    /// The leg at a time of the cycles that begin with this one.
+    pub fn cycled_at(&self, drive: &Drive, time: f64) -> Option<Self> {
+        let From::Cycled(of) = &self.from else { return None };
+        let there = of.at_time(drive, time);
+        let clock = there.clock();
+        Some(Self { time: drive.time(clock), clock, from: From::Cycled(there) })
     }
 
     /// Derivatives of the state at an instant, at a fixed time in a fixed period; `blank`: some of the same
@@ -103,7 +164,9 @@ impl SensitiveLeg {
         clock: Clock,
     ) -> Result<Perturbed, SensitivityError> {
         let mut there = match &self.from {
-            From::Flight(_, columns) => blank.at(self.clock, columns.clone()),
+            From::Flight(_, columns) | From::Contact(_, columns) => {
+                blank.at(self.clock, columns.clone())
+            }
             From::Any(from, true) => return Ok(from.1.hopped(&from.0, clock)?),
             From::Any(from, false) => from.1.clone(),
             From::Cycled(of) if self.hops() => {
@@ -143,7 +206,7 @@ fn told_at_fixed_time<'a>(
 }
 
 /// The flight from a state.
-pub(super) fn flight(clock: Clock, state: StructureState) -> AnchorOf<Structure> {
+fn flight(clock: Clock, state: StructureState) -> AnchorOf<Structure> {
     let phase = Phase::Flight(FlightStart::Touching);
     Anchor { phase, ..Anchor::apart(clock, state) }
 }
@@ -168,7 +231,9 @@ impl Along for StructureLegs {
             }
             // The last leg that begins not later than this.
             let place = legs.partition_point(|leg| leg.time <= time).max(1) - 1;
-            let leg = &legs[place];
+            let cycled = legs[place].cycled_at(drive, time);
+            let leg = cycled.as_ref().unwrap_or(&legs[place]);
+            let place = (place, leg.clock);
             let clock = drive.clock_at(time);
             let clock = if clock < leg.clock { leg.clock } else { clock };
             let mut at = present.take().filter(|at| at.place == place).unwrap_or_else(|| {
@@ -196,7 +261,7 @@ impl Along for StructureLegs {
 
 /// The leg of the last time that was asked for.
 struct Present {
-    place: usize,
+    place: (usize, Clock),
     anchor: AnchorOf<Structure>,
     /// Whether derivatives go on from one time to the next.
     goes_on: bool,

@@ -81,7 +81,7 @@ impl Perturbed {
         let closed = before.touching.closed();
         let Some(stop) = closed.into_iter().find(|&stop| structure.rubs(stop)) else { return };
         let tangent = structure.stops()[stop as usize].tangent().unwrap_or(&[]);
-        let rates = self.of.rates(before, after.clock, &after.state);
+        let rates = self.steppers.rates(&self.of, before, (after.clock, &after.state));
         let change: f64 = tangent.iter().zip(rates.iter().skip(count)).map(|(t, a)| t * a).sum();
         let delay = along(tangent, &self.columns, count) * (-1.0 / change);
         self.delayed(&rates, delay);

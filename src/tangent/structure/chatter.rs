@@ -8,8 +8,8 @@ use super::samples::{Limit, Sample, Samples};
 use crate::model::structure::Structure;
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::structure::{StopChatterEvent, StructureEvent};
-use crate::simulate::{AnchorOf, Model, Simulation};
-use crate::tangent::tolerances::{CONVERGED_SLOPES, MOST_BOUNCES};
+use crate::simulate::{AnchorOf, Model};
+use crate::tangent::tolerances::{CONVERGED_SLOPES, MOST_BOUNCES, SAME_SLOPES};
 
 impl Perturbed {
     /// From the last impact before chatter to its accumulation point.
@@ -30,17 +30,29 @@ impl Perturbed {
         Ok(())
     }
 
-    /// Follows the impacts until the limit is known.
+    /// The limit, from the impacts so far, and from those that follow as far as they are needed.
     fn limit_of(
         &mut self,
         before: &AnchorOf<Structure>,
         event: &StopChatterEvent,
     ) -> Option<Limit> {
-        let drive = *self.of.drive();
-        let after = DoubleDouble::new(Structure::span(&self.of.motion));
-        let far = drive.advance(event.clock, after);
-        let mut ahead = self.clone();
-        let best = self.steppers.hop(&self.of, (before, far), |hopping| ahead.best_limit(hopping));
+        let mut best = None;
+        if !self.is_known(&mut best) {
+            let after = DoubleDouble::new(Structure::span(&self.of.motion));
+            let far = self.of.drive().advance(event.clock, after);
+            let mut ahead = self.clone();
+            self.steppers.hop(&self.of, (before, far), |hopping| {
+                for _ in 0..MOST_BOUNCES {
+                    match ahead.advance(hopping) {
+                        Ok(None | Some(StructureEvent::Impact(_) | StructureEvent::Graze(_))) => {}
+                        _ => break,
+                    }
+                    if ahead.is_known(&mut best) {
+                        break;
+                    }
+                }
+            });
+        }
         self.samples = Samples::default();
         let (mut best, period) = best.filter(|(best, _)| best.error <= CONVERGED_SLOPES)?;
         if let Some(later) = self.of.later(event.clock.period - period) {
@@ -49,25 +61,16 @@ impl Perturbed {
         Some(best)
     }
 
-    /// The limit with the least error, with the drive period of its delay.
-    fn best_limit(&mut self, hopping: &mut Simulation<Structure>) -> Option<(Limit, i64)> {
-        let mut best: Option<(Limit, i64)> = None;
-        for _ in 0..MOST_BOUNCES {
-            if let Some(limit) = self.samples.limit(&self.of)
-                && best.as_ref().is_none_or(|(best, _)| limit.error < best.error)
-            {
-                best = Some((limit, self.samples.period()));
-            }
-            // What comes after the best one has more rounding.
-            let noise = self.samples.last().map_or(0.0, Sample::noise);
-            if best.as_ref().is_some_and(|(best, _)| noise >= best.error) {
-                break;
-            }
-            match self.advance(hopping) {
-                Ok(None | Some(StructureEvent::Impact(_) | StructureEvent::Graze(_))) => {}
-                _ => break,
-            }
+    /// Whether the limit is known as well as it can be, or as is needed; the best so far, with the drive
+    /// period of its delay.
+    fn is_known(&mut self, best: &mut Option<(Limit, i64)>) -> bool {
+        if let Some(limit) = self.samples.limit(&self.of)
+            && best.as_ref().is_none_or(|(best, _)| limit.error < best.error)
+        {
+            *best = Some((limit, self.samples.period()));
         }
-        best
+        // What comes after the best one has more rounding.
+        let noise = self.samples.last().map_or(0.0, Sample::noise);
+        best.as_ref().is_some_and(|(best, _)| best.error <= noise.max(SAME_SLOPES))
     }
 }

@@ -2,6 +2,7 @@
 //! with a number.
 
 use nalgebra::{DMatrix, DVector};
+use smallvec::SmallVec;
 
 use super::rates::{Linearised, Varied};
 use crate::flight::Trig;
@@ -259,23 +260,35 @@ impl Equation {
         let (count, omega) = (self.count, self.omega);
         let phase = |of: &DVector<f64>| Trig { cos: of[2 * count + 1], sin: of[2 * count + 2] };
         let (now, turned) = (phase(motion), phase(&*column));
-        let mut wanted = DMatrix::zeros(held.stops.len(), 2);
-        for row in 0..held.stops.len() {
+        // Along a tangent that sticks, places are what they are.
+        let mut wanted: SmallVec<[[Option<f64>; 2]; 4]> =
+            (0..held.stops.len()).map(|_| [None, Some(0.0)]).collect();
+        for (row, wanted) in wanted.iter_mut().enumerate() {
             let Some(own) = self.own(varied, row) else { continue };
             let Place { amplitude, ahead } = self.places[row];
             let own_turn = own.phase - varied.by.phase;
             let Trig { cos, sin } = now.turned_by(ahead);
             let moved = turned.turned_by(ahead);
             let (by_cos, by_sin) = (moved.cos - sin * own_turn, moved.sin + cos * own_turn);
-            wanted[(row, 0)] = own.gap + own.amplitude * cos + amplitude * by_cos;
             let faster = own.amplitude * omega + amplitude * varied.by.drive_frequency;
-            wanted[(row, 1)] = -faster * sin - amplitude * omega * by_sin;
+            *wanted = [
+                Some(own.gap + own.amplitude * cos + amplitude * by_cos),
+                Some(-faster * sin - amplitude * omega * by_sin),
+            ];
         }
         for k in 0..2 {
-            let part = column.rows(k * count, count);
-            let change = &held.onto * (wanted.column(k) - &held.rows * part);
-            let mut part = column.rows_mut(k * count, count);
-            part += change;
+            let part = &mut column.as_mut_slice()[k * count..(k + 1) * count];
+            let off: SmallVec<[f64; 4]> = wanted
+                .iter()
+                .zip(held.rows.row_iter())
+                .map(|(wanted, row)| {
+                    let is: f64 = row.iter().zip(&*part).map(|(n, x)| n * x).sum();
+                    wanted[k].map_or(0.0, |wanted| wanted - is)
+                })
+                .collect();
+            for (off, onto) in off.iter().zip(held.onto.column_iter()) {
+                part.iter_mut().zip(onto.iter()).for_each(|(x, onto)| *x += off * onto);
+            }
         }
     }
 }

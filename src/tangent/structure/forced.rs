@@ -9,11 +9,11 @@
 //! da = df - W^2 dp - C dp' - (dK p + dC p' + dM p'') - dD^T lambda
 //! ```
 //!
-//! from dp = R^T (R R^T)^-1 drho, dp' likewise. With z = (p, p', 1, cos psi, sin psi) that is z' = A z and
+//! with R dp = drho, R dp' likewise. With z = (p, p', 1, cos psi, sin psi) that is z' = A z and
 //! dz' = A dz + B z, a B for each number (equation.rs). So over any time z grows by X z and dz by X dz +
 //! L z, and those of twice the time are 2 X + X^2 and 2 L + X L + L X: whole steps are binary, and what
-//! is left is a short Taylor series. What the derivatives are at the start moves as perturbations do,
-//! beside this.
+//! is left is a short Taylor series. In flight, what the derivatives are at the start moves as
+//! perturbations do, beside this.
 
 use std::sync::{Arc, Mutex};
 
@@ -53,6 +53,8 @@ struct Stepper {
     second: Rows,
     /// Columns that they add to, each with its B.
     acts: Vec<(usize, DMatrix<f64>)>,
+    /// These, and in contact all others: they move in steps.
+    order: Vec<usize>,
     /// The same of each B.
     seconds: Vec<Rows>,
     /// Flights in closed form, where there is one.
@@ -120,13 +122,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// Derivatives that a leg begins with, unless there are none, and that it ends with: (2N, columns).
-struct Forced {
-    start: Option<DMatrix<f64>>,
-    end: DMatrix<f64>,
-}
-
-/// The motion and its derivatives, with memory for a change.
+/// The motion and its derivatives, in the order of the stepper, with memory for a change.
 struct Moving {
     motion: DVector<f64>,
     columns: Vec<DVector<f64>>,
@@ -147,7 +143,12 @@ impl Stepper {
         let flies = !matches!(leg.phase, Phase::Contact(_));
         let modes = if flies { ModalFlights::new(of, &equation, &acts) } else { None };
         let levels = Mutex::new(Vec::new());
-        Self { equation, second, acts, seconds, modes, length, fastest, levels }
+        let mut order: Vec<usize> = acts.iter().map(|&(at, _)| at).collect();
+        if equation.is_closed() {
+            let others: Vec<_> = (0..of.by.len()).filter(|at| !order.contains(at)).collect();
+            order.extend(others);
+        }
+        Self { equation, second, acts, order, seconds, modes, length, fastest, levels }
     }
 
     /// Steps of 2^k lengths.
@@ -198,9 +199,11 @@ impl Stepper {
         let mut columns = moving.columns.clone();
         for k in 1..=self.orders(time) {
             let part = time / k as f64;
-            for ((own, sum), b) in columns.iter_mut().zip(&mut moving.columns).zip(&self.seconds) {
+            for (i, (own, sum)) in columns.iter_mut().zip(&mut moving.columns).enumerate() {
                 self.rates(part, own, &mut moving.change);
-                b.add(part, &motion, &mut moving.change);
+                if let Some(b) = self.seconds.get(i) {
+                    b.add(part, &motion, &mut moving.change);
+                }
                 std::mem::swap(own, &mut moving.change);
                 *sum += &*own;
             }
@@ -236,10 +239,12 @@ impl Level {
 
     fn take(&self, moving: &mut Moving) {
         let change = &mut moving.change;
-        for (column, l) in moving.columns.iter_mut().zip(&self.added_rows) {
+        for (i, column) in moving.columns.iter_mut().enumerate() {
             change.fill(0.0);
             self.change_rows.add(1.0, column, change);
-            l.add(1.0, &moving.motion, change);
+            if let Some(l) = self.added_rows.get(i) {
+                l.add(1.0, &moving.motion, change);
+            }
             *column += &*change;
         }
         change.fill(0.0);
@@ -338,43 +343,86 @@ impl Steppers {
         columns: &mut DMatrix<f64>,
     ) -> Result<(), f64> {
         let stepper = self.of(of, leg);
-        let forced = stepper.forced(of, leg, (from, elapsed.hi))?;
-        if let Some(start) = forced.as_ref().and_then(|forced| forced.start.as_ref()) {
-            *columns -= start;
+        let closed = stepper.equation.is_closed();
+        let added = stepper.moved(of, leg, (from, elapsed.hi), closed.then_some(&*columns))?;
+        if !closed {
+            of.homogeneous.carry(leg, elapsed, columns.as_mut_slice());
         }
-        of.homogeneous.carry(leg, elapsed, columns.as_mut_slice());
-        if let Some(forced) = &forced {
-            *columns += &forced.end;
+        match added {
+            Some(all) if closed => *columns = all,
+            Some(added) => *columns += added,
+            None => {}
         }
         Ok(())
     }
+
+    /// F = (q', q'') of a leg at an instant, in this state.
+    pub(super) fn rates(
+        &self,
+        of: &Linearised,
+        leg: &AnchorOf<Structure>,
+        (clock, state): (Clock, &StructureState),
+    ) -> DVector<f64> {
+        let Phase::Contact(_) = leg.phase else { return of.rates(leg, clock, state) };
+        if of.by.is_empty() {
+            return of.rates(leg, clock, state);
+        }
+        let stepper = self.of(of, leg);
+        if !stepper.equation.is_closed() {
+            return of.rates(leg, clock, state);
+        }
+        let motion = in_modes(of, clock, state);
+        let mut rates = DVector::zeros(motion.len());
+        stepper.rates(1.0, &motion, &mut rates);
+        let count = state.q.len();
+        let mut all = DVector::zeros(2 * count);
+        all.rows_mut(0, count).copy_from_slice(&state.v);
+        for (mode, rate) in of.structure.modes().iter().zip(rates.rows(count, count).iter()) {
+            for (to, shape) in all.rows_mut(count, count).iter_mut().zip(&mode.shape) {
+                *to += shape * rate;
+            }
+        }
+        all
+    }
+}
+
+/// z of a state.
+fn in_modes(of: &Linearised, clock: Clock, state: &StructureState) -> DVector<f64> {
+    let modes = of.structure.modes();
+    let count = modes.len();
+    let Trig { cos, sin } = of.drive().trig_at(clock);
+    let on = |x: &[f64], i: usize| modes[i].along_exactly(x).value();
+    DVector::from_fn(2 * count + 3, |i, _| match i {
+        i if i < count => on(&state.q, i),
+        i if i < 2 * count => on(&state.v, i - count),
+        i => [1.0, cos, sin][i - 2 * count],
+    })
 }
 
 impl Stepper {
-    /// What the columns get from a leg between two instants, `elapsed` apart; `None`: nothing.
+    /// What the columns become in a leg between two instants, `elapsed` apart, from these at its start; in
+    /// flight what they get, whatever they are. `None`: nothing.
     ///
     /// # Errors
     /// The time: a structure is damped too strongly.
-    fn forced(
+    fn moved(
         &self,
         of: &Linearised,
         leg: &AnchorOf<Structure>,
         (from, elapsed): (Clock, f64),
-    ) -> Result<Option<Forced>, f64> {
-        if self.acts.is_empty() {
+        start: Option<&DMatrix<f64>>,
+    ) -> Result<Option<DMatrix<f64>>, f64> {
+        if self.order.is_empty() {
             return Ok(None);
         }
         let whole = (elapsed / self.length).floor();
-        let closed = self.equation.is_closed();
         // Steps by which nothing leads off closed stops are short.
-        let most = if closed { FINER } else { u32::BITS - 1 };
+        let most = if start.is_some() { FINER } else { u32::BITS - 1 };
         let steps = whole / f64::from(1u32 << FINER);
         if steps.is_nan() || steps > MOST_STEPS {
             return Err(of.drive().time(from));
         }
-        let mut moving = self.begin(of, leg, from);
-        // In flight they begin with nothing but the phase of the drive.
-        let start = closed.then(|| self.in_coordinates(of, &moving));
+        let mut moving = self.begin(of, leg, (from, start));
         #[allow(clippy::cast_sign_loss, clippy::cast_possible_truncation)]
         // below MOST_STEPS 2^FINER
         let mut left = whole as u64;
@@ -382,28 +430,38 @@ impl Stepper {
             let k = left.ilog2().min(most);
             self.level(k as usize).take(&mut moving);
             left -= 1 << k;
-            self.keep(of, &mut moving);
+            if k == most {
+                self.keep(of, &mut moving);
+            }
         }
         self.take_rest(elapsed - whole * self.length, &mut moving);
         self.keep(of, &mut moving);
-        Ok(Some(Forced { start, end: self.in_coordinates(of, &moving) }))
+        Ok(Some(self.in_coordinates(of, &moving)))
     }
 
-    /// The motion and its derivatives where a leg begins.
-    fn begin(&self, of: &Linearised, leg: &AnchorOf<Structure>, from: Clock) -> Moving {
+    /// The motion and its derivatives where a leg begins: these, or none.
+    fn begin(
+        &self,
+        of: &Linearised,
+        leg: &AnchorOf<Structure>,
+        (from, start): (Clock, Option<&DMatrix<f64>>),
+    ) -> Moving {
         let modes = of.structure.modes();
         let count = modes.len();
-        let StructureState { q, v } = of.state_at(leg, from);
-        let Trig { cos, sin } = of.drive().trig_at(from);
-        let on = |x: &[f64], i: usize| modes[i].along_exactly(x).value();
-        let motion = DVector::from_fn(2 * count + 3, |i, _| match i {
-            i if i < count => on(&q, i),
-            i if i < 2 * count => on(&v, i - count),
-            i => [1.0, cos, sin][i - 2 * count],
-        });
-        let columns = self.acts.iter().map(|&(at, _)| {
+        let motion = in_modes(of, from, &of.state_at(leg, from));
+        let (cos, sin) = (motion[2 * count + 1], motion[2 * count + 2]);
+        let columns = self.order.iter().map(|&at| {
             let turn = of.by[at].turn(from.time_in_period);
             let mut column = DVector::zeros(2 * count + 3);
+            if let Some(start) = start {
+                let start = start.column(at);
+                for (i, mode) in modes.iter().enumerate() {
+                    for (k, row) in mode.row.iter().enumerate() {
+                        column[i] += row.hi * start[k];
+                        column[count + i] += row.hi * start[count + k];
+                    }
+                }
+            }
             (column[2 * count + 1], column[2 * count + 2]) = (-sin * turn, cos * turn);
             column
         });
@@ -415,7 +473,7 @@ impl Stepper {
 
     /// Moves derivatives on the closed stops, so that no rounding leads off them.
     fn keep(&self, of: &Linearised, moving: &mut Moving) {
-        for (column, (at, _)) in moving.columns.iter_mut().zip(&self.acts) {
+        for (column, at) in moving.columns.iter_mut().zip(&self.order) {
             self.equation.keep(&of.by[*at], &moving.motion, column);
         }
     }
@@ -425,7 +483,7 @@ impl Stepper {
         let modes = of.structure.modes();
         let count = modes.len();
         let mut all = DMatrix::zeros(2 * count, of.by.len());
-        for (column, &(at, _)) in moving.columns.iter().zip(&self.acts) {
+        for (column, &at) in moving.columns.iter().zip(&self.order) {
             for (i, mode) in modes.iter().enumerate() {
                 for (k, shape) in mode.shape.iter().enumerate() {
                     all[(k, at)] += shape * column[i];

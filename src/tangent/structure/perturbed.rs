@@ -63,9 +63,9 @@ impl Perturbed {
         }
     }
 
-    /// Of a motion of which no chatter is followed.
-    pub fn without_chatter(self) -> Self {
-        Self { samples_impacts: false, ..self }
+    /// Whether the next impacts may lead into chatter.
+    pub fn expect_chatter(&mut self, may_chatter: bool) {
+        self.samples_impacts = may_chatter;
     }
 
     /// Of the state at an instant of a flight, with what is worked out once.
@@ -244,7 +244,7 @@ impl Perturbed {
     /// From an event on: perturbations of the state at its time, in the leg that begins there.
     pub fn settle(&mut self, leg: &AnchorOf<Structure>) {
         if let Some(delay) = self.delay.take() {
-            let rates = self.of.rates(leg, leg.clock, &leg.state);
+            let rates = self.steppers.rates(&self.of, leg, (leg.clock, &leg.state));
             self.add(&rates, &(-delay));
             self.struck.clear();
             self.reduce(self.of.motion.dimension(leg));
@@ -277,7 +277,7 @@ impl Perturbed {
         carried.map_err(StructureTangentError::Damping)?;
         if let Some(later) = self.of.later(clock.period - self.clock.period) {
             let state = self.of.state_at(leg, clock);
-            self.columns += self.of.rates(leg, clock, &state) * later;
+            self.columns += self.steppers.rates(&self.of, leg, (clock, &state)) * later;
         }
         self.clock = clock;
         Ok(())
@@ -417,7 +417,7 @@ impl Perturbed {
         let struck = std::mem::take(&mut self.struck);
         self.settle(leg);
         self.struck = struck;
-        let rates = self.of.rates(leg, event.clock, &event.pre);
+        let rates = self.steppers.rates(&self.of, leg, (event.clock, &event.pre));
         let gap = self.of.gap_change(met.stop, event.clock, &self.columns);
         let delay = gap * (-1.0 / met.approach_velocity);
         self.delayed(&rates, delay.clone());

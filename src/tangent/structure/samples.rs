@@ -10,7 +10,7 @@ use crate::model::state::Clock;
 use crate::model::structure::{StructureState, largest_number};
 use crate::numerics::EPS;
 use crate::numerics::extrapolation::Weights;
-use crate::tangent::tolerances::MOST_EXTRAPOLATED;
+use crate::tangent::tolerances::{MOST_EXTRAPOLATED, SAME_SLOPES};
 
 /// Fewest samples of which two orders can be compared. At a small r more are lost in rounding.
 const FEWEST: usize = 3;
@@ -109,8 +109,17 @@ impl Samples {
     pub fn limit(&mut self, of: &Linearised) -> Option<Limit> {
         let counts = FEWEST.max(self.told + 1)..=self.all.len();
         self.told = self.all.len();
-        let limits = counts.map(|count| Self::limit_of(&self.all[..count], of));
-        limits.min_by(|a, b| a.error.total_cmp(&b.error))
+        let mut best: Option<Limit> = None;
+        for count in counts.rev() {
+            let limit = Self::limit_of(&self.all[..count], of);
+            if best.as_ref().is_none_or(|best| limit.error.total_cmp(&best.error).is_lt()) {
+                best = Some(limit);
+            }
+            if best.as_ref().is_some_and(|best| best.error <= SAME_SLOPES) {
+                break;
+            }
+        }
+        best
     }
 
     /// Its delay is that within the drive period of the first one.
