@@ -1,9 +1,9 @@
 """A piece of a branch in balls: a tube in which each plane across it holds one solution.
 
 The unknowns are Y = (z, p): the nodes and the parameter. Along a tube one of them, Y_i, goes on
-steadily, Y_i = a + b h, and the others are functions of h. About a centre line
-L(h) = Y_0 + Y_1 h + Y_2 h^2 + ... a tube is L(h) + [-R, R] for |h| <= 1. The theorem of verifier.py
-holds for each h: with the equations E = (F, Y_i - L_i(h)) and any matrices A(h)
+steadily, Y_i = a + b h, and the others are functions of h. About a centre line L(h) = Y_0 + Y_1 h +
+Y_2 h^2 + ... a tube is L(h) + [-R, R] where Y_i = L_i(h) for |h| <= 1, whatever the number R_i is.
+The theorem of verifier.py holds for each h, with E = (F, Y_i - L_i(h)) and any matrices A(h):
 
     K(h) = -A E(L(h)) + (I - A DE(L(h) + [-R, R])) [-R, R]   inside [-R, R]
 
