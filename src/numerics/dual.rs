@@ -29,14 +29,6 @@ pub(crate) trait Number:
     fn at_least(self, bound: Self) -> Self;
     fn sin_cos(self) -> (Self, Self);
     fn sqrt(self) -> Self;
-
-    /// The sum of the products of one number each, of `b` from its end: a coefficient of the product of two
-    /// series.
-    #[inline(always)]
-    fn convolved(a: &[Self], b: &[Self]) -> Self {
-        let products = a.iter().zip(b.iter().rev());
-        products.fold(Self::constant(0.0), |sum, (&a, &b)| sum + a * b)
-    }
 }
 
 impl Number for f64 {
@@ -138,18 +130,6 @@ impl<const N: usize> Number for Dual<N> {
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         self.map(root, 0.5 / root)
-    }
-
-    /// In two sums, neither of which waits for the other.
-    #[inline(always)]
-    fn convolved(a: &[Self], b: &[Self]) -> Self {
-        let mut sums = [Self::constant(0.0); 2];
-        let (pairs, backward) = (a.chunks_exact(2), b.rchunks_exact(2));
-        let left = pairs.remainder().iter().zip(backward.remainder());
-        for (a, b) in pairs.zip(backward) {
-            sums = [sums[0] + a[0] * b[1], sums[1] + a[1] * b[0]];
-        }
-        left.fold(sums[0] + sums[1], |sum, (&a, &b)| sum + a * b)
     }
 }
 

@@ -98,7 +98,7 @@ impl SlideEnd {
 
 /// Coefficient n of a product.
 pub(crate) fn product<T: Number>(a: &Series<T>, b: &Series<T>, n: usize) -> T {
-    T::convolved(&a[..=n], &b[..=n])
+    (0..=n).fold(T::constant(0.0), |sum, j| sum + a[j] * b[n - j])
 }
 
 impl<T: Number> SlideSeries<T> {
@@ -124,7 +124,7 @@ impl<T: Number> SlideSeries<T> {
             k[n] = coupling[n] + friction * scale[n];
             let slope = product(&k, &coupling, n);
             inertia[n] = if n == 0 { at.mobility + slope } else { slope };
-            let earlier = T::convolved(&inertia[1..=n], &force[..n]);
+            let earlier = (1..=n).fold(T::constant(0.0), |sum, j| sum + inertia[j] * force[n - j]);
             force[n] = (free[n] - earlier) / inertia[0];
             let acceleration = term.slip_acceleration - product(&k, &force, n);
             w[n + 1] = over(acceleration, order);
