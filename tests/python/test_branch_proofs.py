@@ -177,7 +177,6 @@ def test_friction():
     assert not proof.uncovered
 
 
-@pytest.mark.skipif(not sizes.THOROUGH, reason="a longer range")
 def test_longer_ranges():
     (stretch,) = vi.prove(branch(0.05, 1.75, 1.85)).stretches
     assert (stretch.lo, stretch.hi, stretch.stability) == (1.75, 1.85, "stable")
