@@ -33,13 +33,15 @@ pub(crate) use structure::{approach_grows_at, strike_inline};
 
 pub use crate::model::contact_coordinates::PreImpact;
 
+use serde::{Deserialize, Serialize};
+
 use self::laws::Law;
 use self::regime::FirstSlip;
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::System;
 
 /// What an impact does.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
     /// Regime, with the impulse at which slip ended, if it did.
     pub regime: Regime,

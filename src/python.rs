@@ -31,6 +31,7 @@ mod structure_sweep;
 mod sweep;
 mod system;
 mod systems;
+mod trace;
 
 use pyo3::prelude::*;
 

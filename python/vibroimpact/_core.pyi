@@ -538,6 +538,9 @@ class _AnyRun:
     def to_json(self) -> str:
         """Everything but structure and arrays, as JSON with exact numbers."""
 
+    def trace(self) -> tuple[NDArray[np.uint8], NDArray[np.float64]] | None:
+        """What it knows of its events beyond the tables, as JSON, and residuals of their clocks."""
+
     def period(self) -> PeriodReport:
         """Period, impact count and label; may follow a nearby orbit for some periods."""
 
@@ -640,8 +643,9 @@ class StructureRun(_AnyRun):
         events: dict[str, NDArray[Any]],
         grazes: dict[str, NDArray[Any]],
         contacts: dict[str, NDArray[Any]],
+        trace: tuple[NDArray[np.uint8], NDArray[np.float64]] | None = None,
     ) -> StructureRun:
-        """A run from its structure, the text of ``to_json`` and the arrays."""
+        """A run from its structure, text of ``to_json``, arrays, and what ``trace`` gave."""
 
     def trajectory(
         self, t: NDArray[np.float64]
@@ -904,7 +908,9 @@ class Run(_AnyRun):
         events: NDArray[np.void],
         grazes: NDArray[np.void],
         contacts: NDArray[np.void],
-    ) -> Run: ...
+        trace: tuple[NDArray[np.uint8], NDArray[np.float64]] | None = None,
+    ) -> Run:
+        """A run from the text of ``to_json``, the arrays, and what ``trace`` gave."""
 
 @final
 class StructureSweep(_Cells):

@@ -26,9 +26,10 @@ _Result = TypeVar("_Result")
 Builder = Callable[[dict[str, Any], dict[str, NDArray[Any]]], _Result]
 
 FORMAT = "vibroimpact"
-# 2: events of sustained contact in a run. 3: diagrams are columns over a grid. Older ones are
-# refused.
-_FORMAT_VERSION = 3
+# 2: events of sustained contact in a run. 3: diagrams are columns over a grid. 4: runs have their
+# trace. What 3 holds means the same; older ones are refused.
+_FORMAT_VERSION = 4
+_READ = (3, _FORMAT_VERSION)
 
 # Endings of files of tables, of which none is written.
 _TABLES = (".csv", ".tsv", ".txt", ".xlsx", ".mat")
@@ -111,10 +112,10 @@ def read(path: str | os.PathLike[str], builders: Mapping[str, Builder[_Result]])
     name, format_version, kind, version = header
     if name != FORMAT:
         raise ValueError(f"{path}: not a vibroimpact file, its format is {name!r}")
-    if format_version != _FORMAT_VERSION:
+    if format_version not in _READ:
         raise ValueError(
             f"{path}: written in format {format_version} by vibroimpact {version}; "
-            f"vibroimpact {_core.__version__} reads format {_FORMAT_VERSION}"
+            f"vibroimpact {_core.__version__} reads formats {' and '.join(map(str, _READ))}"
         )
     if kind not in builders:
         raise ValueError(f"{path}: holds a {kind}, not a {' or '.join(builders)}")

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from .archived import Parts
 from .arguments import reject
 from .errors import SimulationError
 from .interruption import interruptible
@@ -24,6 +25,7 @@ from .run_parts import FinalState as FinalState
 from .run_parts import Slopes, clock_rates, impulses_on_wall
 from .run_parts import read_only as read_only
 from .run_record import RunRecord
+from .run_trace import Trace
 from .showing import Facts
 from .system import System
 from .tables import EventKind as EventKind
@@ -318,7 +320,7 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
             rates["impulse_tangential"] = (jumps + curving * p + turned) / lever
         return rates
 
-    def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    def _tables(self) -> Parts:
         metadata = {
             "system": self._system.to_dict(),
             "initial": self._initial,
@@ -332,9 +334,11 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         return metadata, arrays
 
     @classmethod
-    def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
+    def _from_tables(
+        cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]], trace: Trace | None
+    ) -> Self:
         x1, v1, x2, v2 = map(float, metadata["initial"])
-        core = _core.Run.from_parts(metadata["core"], **arrays)
+        core = _core.Run.from_parts(metadata["core"], **arrays, trace=trace)
         return cls(core, System.from_dict(metadata["system"]), (x1, v1, x2, v2))
 
     def _ends(self) -> Facts:

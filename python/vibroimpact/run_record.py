@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._core import Regime
-from .archived import Archived
+from .archived import Archived, Parts
 from .arguments import count, flag, not_negative, optional_count, positive, reject, times_of
 from .errors import Interrupted, SimulationError, warn
 from .horizons import horizon
@@ -21,6 +21,7 @@ from .interruption import interruptible
 from .machine import Machine
 from .period_report import PeriodReport, as_period_report
 from .run_parts import Slopes
+from .run_trace import Trace, with_trace, without_trace
 from .scales import Units
 from .showing import Facts, Shown
 from .tables import EventKind, Table
@@ -96,6 +97,24 @@ class RunRecord(Archived, Shown, Generic[MachineT, CoreT, StartT]):
     @abstractmethod
     def _states(self, times: NDArray[np.float64], forces: bool) -> tuple[list[Any], bool]:
         """Return arrays with a row for each time, states first; whether Ctrl-C left rows out."""
+
+    @abstractmethod
+    def _tables(self) -> Parts:
+        """Return metadata and arrays of a file, without the trace."""
+
+    @classmethod
+    @abstractmethod
+    def _from_tables(
+        cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]], trace: Trace | None
+    ) -> Self:
+        """Return the run of these, with its trace if it has one."""
+
+    def _parts(self) -> Parts:
+        return with_trace(self._tables(), self._core)
+
+    @classmethod
+    def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
+        return cls._from_tables(metadata, *without_trace(metadata, arrays))
 
     @property
     def time_in_contact(self) -> float:
@@ -403,7 +422,7 @@ class RunRecord(Archived, Shown, Generic[MachineT, CoreT, StartT]):
         """Whether both are one motion, kept alike: the same numbers to the last bit."""
         if not isinstance(other, type(self)):
             return NotImplemented
-        (ours, arrays), (theirs, others) = self._parts(), other._parts()
+        (ours, arrays), (theirs, others) = self._tables(), other._tables()
         return ours == theirs and all(
             array.tobytes() == others[name].tobytes() for name, array in arrays.items()
         )

@@ -15,10 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from .archived import Parts
 from .errors import SimulationError
 from .interruption import interruptible
 from .run_parts import Slopes, read_only
 from .run_record import RunRecord
+from .run_trace import Trace
 from .structure import Structure
 from .structure_directions import directions as directions_of
 from .structure_run_parts import (
@@ -165,7 +167,7 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
         rows = self._system._from_core(rows)
         return [rows, acting] if forces else [rows], interrupted
 
-    def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    def _tables(self) -> Parts:
         metadata: dict[str, Any] = {
             "system": json.loads(self._system.to_json()),
             "core": self._core.to_json(),
@@ -178,17 +180,18 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
         return metadata, arrays_of(self._core, physical, self._system._basis.is_modal)
 
     @classmethod
-    def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
+    def _from_tables(
+        cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]], trace: Trace | None
+    ) -> Self:
         structure = Structure.from_json(json.dumps(metadata["system"]))
         # A run of no length from the same start has tables of the same columns.
         initial = arrays["initial"]
         (core,), *_ = _core.simulate(structure._compiled, structure._to_core(initial), time=0.0)
-        _, like = structure._run(core, initial)._parts()
+        _, like = structure._run(core, initial)._tables()
         check_arrays(arrays, like)
         modal = structure._basis.is_modal
-        return cls(
-            core_of(structure._compiled, metadata["core"], arrays, modal), structure, initial
-        )
+        core = core_of(structure._compiled, metadata["core"], arrays, modal, trace)
+        return cls(core, structure, initial)
 
     def energy_audit(self) -> StructureEnergyAudit:
         """Add up the works of all forces in the kept window and compare with the energies.

@@ -14,6 +14,7 @@ from .arguments import reject
 from .fixed_arrays import FixedArrays
 from .interruption import interruptible
 from .run_parts import Slopes, clock_rates
+from .run_trace import Trace
 from .showing import Facts, Shown, in_a_line
 from .structure import Structure
 from .tables import Table, of_columns
@@ -168,9 +169,13 @@ def arrays_of(
 
 
 def core_of(
-    structure: _core.Structure, text: str, arrays: Mapping[str, NDArray[Any]], modal: bool
+    structure: _core.Structure,
+    text: str,
+    arrays: Mapping[str, NDArray[Any]],
+    modal: bool,
+    trace: Trace | None,
 ) -> _core.StructureRun:
-    """Return the core of a run from the text of its progress and the arrays of a file."""
+    """Return the core of a run from the text of its progress, the arrays of a file, and a trace."""
     prefix = _MODAL if modal else ""
 
     def columns(name: str) -> dict[str, NDArray[Any]]:
@@ -179,7 +184,9 @@ def core_of(
 
     tables = {name: columns(name) for name in TABLES}
     sections = arrays[f"{prefix}stroboscopic"]
-    return _core.StructureRun.from_parts(structure, text, stroboscopic=sections, **tables)
+    return _core.StructureRun.from_parts(
+        structure, text, stroboscopic=sections, **tables, trace=trace
+    )
 
 
 class PhysicalSensitivity:

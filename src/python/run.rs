@@ -8,6 +8,7 @@ use super::arrays;
 use super::cancel::interruptible;
 use super::errors::{Crossing, Works};
 use super::simulate::{outside, run_methods};
+use super::trace::{Given, traced};
 use crate::contact::sustained::ContactMode;
 use crate::model::parameters::System;
 use crate::numerics::cancel::CancelToken;
@@ -127,8 +128,9 @@ run_methods! { PyRun {
         serde_json::to_string(&self.0).map_err(|e| PyValueError::new_err(e.to_string()))
     }
 
-    /// A run from the text of `to_json` and the arrays.
+    /// A run from the text of `to_json`, the arrays, and what `trace` gave.
     #[staticmethod]
+    #[pyo3(signature = (text, impacts, stroboscopic, events, grazes, contacts, trace = None))]
     fn from_parts(
         text: &str,
         impacts: &Bound<'_, PyAny>,
@@ -136,6 +138,7 @@ run_methods! { PyRun {
         events: &Bound<'_, PyAny>,
         grazes: &Bound<'_, PyAny>,
         contacts: &Bound<'_, PyAny>,
+        trace: Option<Given<'_>>,
     ) -> PyResult<Self> {
         let mut run: Run =
             serde_json::from_str(text).map_err(|e| PyValueError::new_err(e.to_string()))?;
@@ -145,7 +148,7 @@ run_methods! { PyRun {
         run.events = arrays::from_records(events)?;
         run.grazes = arrays::from_records(grazes)?;
         run.contacts = arrays::from_records(contacts)?;
-        Ok(Self(run))
+        Ok(Self(traced(run, trace)?))
     }
 }}
 

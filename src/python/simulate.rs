@@ -316,6 +316,15 @@ macro_rules! run_methods {
                 Ok($crate::python::cancel::interruptible(py, None, audit)?.0)
             }
 
+            /// What it knows of its events beyond the tables, as JSON, and what their clocks hold
+            /// beyond them; `None` where it has not kept all.
+            fn trace<'py>(
+                &self,
+                py: Python<'py>,
+            ) -> PyResult<Option<$crate::python::trace::Told<'py>>> {
+                $crate::python::trace::told(py, &self.0)
+            }
+
             /// Continue for further periods or time.
             #[pyo3(signature = (*, periods = None, time = None, keep = None, max_events = None))]
             fn resume(

@@ -11,6 +11,7 @@ use super::errors::{Crossing, Works};
 use super::simulate::{outside, run_methods};
 use super::structure::PyStructure;
 use super::structure_parts::tables;
+use super::trace::{Given, traced};
 use crate::model::structure::{Structure, StructureState};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::run::{Run, StopImpactRecord};
@@ -214,8 +215,12 @@ run_methods! { PyStructureRun {
         serde_json::to_string(&self.0.progress()).map_err(|e| PyValueError::new_err(e.to_string()))
     }
 
-    /// A run from its structure, the text of `to_json` and the arrays.
+    /// A run from its structure, the text of `to_json`, the arrays, and what `trace` gave.
     #[staticmethod]
+    #[pyo3(signature = (
+        structure, text, impacts, stroboscopic, events, grazes, contacts, trace = None
+    ))]
+    #[allow(clippy::too_many_arguments)]
     fn from_parts(
         structure: &PyStructure,
         text: &str,
@@ -224,11 +229,13 @@ run_methods! { PyStructureRun {
         events: &Bound<'_, PyDict>,
         grazes: &Bound<'_, PyDict>,
         contacts: &Bound<'_, PyDict>,
+        trace: Option<Given<'_>>,
     ) -> PyResult<Self> {
         let progress =
             serde_json::from_str(text).map_err(|e| PyValueError::new_err(e.to_string()))?;
         let tables = tables(impacts, &stroboscopic, events, grazes, contacts)?;
-        Ok(Self(Run::of(structure.0.clone(), progress, tables)))
+        let run = Run::of(structure.0.clone(), progress, tables);
+        Ok(Self(traced(run, trace)?))
     }
 }}
 

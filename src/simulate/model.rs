@@ -121,7 +121,7 @@ pub trait Model: Clone + PartialEq + Debug + Send + Sync {
     /// Coordinates and velocities.
     type State: ModelState + Serialize + DeserializeOwned;
     /// What an impact does.
-    type Impact: Copy + Debug + Send + Sync;
+    type Impact: Copy + PartialEq + Debug + Send + Sync + Serialize + DeserializeOwned;
     /// An event of a run.
     type Event: ModelEvent<Self::State>;
     /// What its flights have in common.

@@ -7,6 +7,8 @@ mod collector;
 mod kept;
 mod leg;
 mod legs;
+#[cfg(feature = "python")]
+mod noted;
 mod oblique;
 mod options;
 mod progress;
@@ -20,6 +22,8 @@ pub use audit::EnergyAudit;
 pub use bounces::{Bounces, BouncesEnd};
 pub(crate) use collection::Collection;
 pub(crate) use collector::Collector;
+#[cfg(feature = "python")]
+pub(crate) use noted::Noted;
 pub use options::RunOptions;
 #[cfg_attr(not(feature = "python"), expect(unused_imports))]
 pub(crate) use progress::Tables;

@@ -39,9 +39,9 @@ use source::{Kept, Source};
 use crate::model::error::ParameterError;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
+use crate::simulate::Simulation;
 use crate::simulate::event::ImpactRecord;
-use crate::simulate::run::{Recorded, Run, RunError};
-use crate::simulate::{self, Simulation};
+use crate::simulate::run::Run;
 use crate::tangent::tolerances::SAME_TIME;
 
 /// What tells derivatives at any time.
@@ -192,18 +192,8 @@ pub fn sensitivity(
     let last = run.first_section + run.stroboscopic.len() as i64;
     let sections = (run.first_section..last, options.section_phase);
     let mut follower = Follower::new(&of, initial, (run.window, end), sections, followed(run));
-    let again;
-    let traced = if !run.is_whole() {
-        None
-    } else if run.is_traced() {
-        Some(run)
-    } else {
-        // One that was read from a file.
-        again = run_again(run, initial, cancel);
-        again.as_ref()
-    };
-    let source = if let Some(traced) = traced {
-        let kept = Kept::new(traced, follower.section_offset, cancel);
+    let source = if run.is_whole() && run.is_traced() {
+        let kept = Kept::new(run, follower.section_offset, cancel);
         let (clock, state) = kept.first();
         if !follower.leads_to(clock, &state) {
             return Err(SensitivityError::OtherMotion { time: of.model.motion.drive.time(clock) });
@@ -253,16 +243,6 @@ pub fn sensitivity(
             span: (run.kept_from(), until.unwrap_or(run.final_state.time)),
         },
     })
-}
-
-/// The same run once more, if it has the same events.
-fn run_again<M: Recorded>(run: &Run<M>, initial: M::State, cancel: &CancelToken) -> Option<Run<M>> {
-    let again = match simulate::run::run(&run.system, initial, run.options, cancel) {
-        Ok(again) => again,
-        Err(RunError::Simulation { done, .. }) => *done,
-        Err(_) => return None,
-    };
-    (again.whole_from().is_some() && again.events.len() == run.events.len()).then_some(again)
 }
 
 /// Impacts and sections that are followed: not copied.

@@ -73,6 +73,7 @@ PYTHON = [
     "period_report",
     "sensitivity",
     "bounces",
+    "run_trace",
     "run_record",
     "run",
     "run_in_si",
@@ -131,6 +132,7 @@ BY_NAME = [REGISTRY, "__init__"]
 # What is handed back: it imports nouns and other results, nothing that computes or draws.
 RESULTS = [
     "run_parts",
+    "run_trace",
     "sensitivity",
     "period_report",
     "run_record",

@@ -115,7 +115,7 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
     needed = (
         "_core archived arguments by_value errors extras hints horizons impacts interruption "
         "keyword_types machine machine_kinds mechanics period_report physical restitution run "
-        "run_parts run_record scales showing simulation system tables verbs"
+        "run_parts run_record run_trace scales showing simulation system tables verbs"
     )
     assert modules == needed
     assert slow == ""

@@ -7,6 +7,7 @@ use super::legs::{self, Kind};
 use super::recorded::{Kept, Recorded, Row};
 use crate::contact::sustained::{ContactForce, ContactMode, SlideStep};
 use crate::flight::{Drive, Flight, FreeMotion};
+use crate::impact::{Impact, PreImpact, resolve};
 use crate::model::parameters::System;
 use crate::model::state::{Clock, ModelState, State};
 use crate::numerics::double_double::DoubleDouble;
@@ -86,6 +87,11 @@ impl Recorded for System {
     #[allow(clippy::inline_always)] // for every impact before the window
     fn passed_over(clock: Clock, state: &State) -> Option<Anchor> {
         Some(Anchor::after_impact(clock, *state))
+    }
+
+    fn resolved(&self, row: &ImpactRecord) -> Option<Impact> {
+        let pre = State { x1: row.x1, v1: row.v1_pre, x2: row.x2, v2: row.v2_pre };
+        resolve(self, &PreImpact::new(self.contact, &pre)).ok()
     }
 
     fn approach(event: &Event) -> f64 {

@@ -55,13 +55,19 @@ pub trait Recorded: Model {
     fn kept(event: &Self::Event) -> (Clock, f64, Kept<Self>);
     /// The leg after an impact that is passed over, where its state tells all of it.
     fn passed_over(clock: Clock, state: &Self::State) -> Option<AnchorOf<Self>>;
+    /// What the impact of a row does, where one contact is struck alone.
+    fn resolved(&self, row: &Self::ImpactRow) -> Option<Self::Impact>;
     /// u before an impact.
     fn approach(event: &Self::Event) -> f64;
     /// Whether legs are noted that the events of a run do not tell.
     const NOTES_LEGS: bool = false;
     /// How this leg begins, in which impacts are skipped or not, with this event; `None` where the event
     /// tells all of it.
-    fn begins(_event: &Self::Event, _leg: &AnchorOf<Self>, _skips: bool) -> Option<Begins<Self>> {
+    fn begins(
+        _event: &Self::Event,
+        _leg: &AnchorOf<Self>,
+        _skips: bool,
+    ) -> Option<Begins<Self::Impact>> {
         None
     }
     /// The leg that a kept event begins, after the leg before it.

@@ -7,7 +7,7 @@ use super::legs::{Kind, Leg};
 use super::recorded::{Kept, Recorded, Row};
 use super::trace::Begins;
 use crate::flight::Drive;
-use crate::impact::RegimeKind;
+use crate::impact::{RegimeKind, StopImpact, strike};
 use crate::model::state::Clock;
 use crate::model::structure::{Coordinates, Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
@@ -222,6 +222,12 @@ impl Recorded for Structure {
         None
     }
 
+    fn resolved(&self, row: &StopImpactRecord) -> Option<StopImpact> {
+        let mut velocities = row.v_pre.clone();
+        let stop = usize::try_from(row.stop).ok().filter(|&stop| stop < self.stops().len())?;
+        strike(self, stop, row.approach_velocity, &mut velocities).ok()
+    }
+
     fn approach(event: &StructureEvent) -> f64 {
         match event {
             StructureEvent::Impact(e) => e.impact.approach_velocity,
@@ -231,7 +237,11 @@ impl Recorded for Structure {
 
     const NOTES_LEGS: bool = true;
 
-    fn begins(event: &StructureEvent, leg: &AnchorOf<Self>, skips: bool) -> Option<Begins<Self>> {
+    fn begins(
+        event: &StructureEvent,
+        leg: &AnchorOf<Self>,
+        skips: bool,
+    ) -> Option<Begins<StopImpact>> {
         let flies = matches!(leg.phase, Phase::Flight(FlightStart::Touching)) && !skips;
         match event {
             StructureEvent::Graze(_) | StructureEvent::Stop(_) => None,

@@ -1,8 +1,10 @@
 //! What a run knows of its events beyond their tables. Derivatives use it (tangent/sensitivity).
 
+use serde::{Deserialize, Serialize};
+
 use crate::simulate::{AnchorOf, CheckpointOf, Model};
 
-/// Of each event, and of what was copied. A run that was read from a file has none.
+/// Of each event, and of what was copied. A run that was read from a file without it (noted.rs) has none.
 #[derive(Debug, Clone)]
 pub(crate) struct Trace<M: Model> {
     /// What the clocks of the events hold beyond the tables.
@@ -19,22 +21,28 @@ pub(crate) struct TracedLeg<M: Model> {
     /// Events before it, without its own.
     pub events: usize,
     /// What it begins with.
-    pub begins: Begins<M>,
+    pub begins: Begins<M::Impact>,
     pub anchor: AnchorOf<M>,
     /// Whether impacts are skipped in it.
     pub skips: bool,
 }
 
 /// What a leg begins with.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Begins<M: Model> {
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) enum Begins<I> {
     Silently,
-    WithImpact(M::Impact),
+    WithImpact(I),
     WithContact,
 }
 
+impl<I> Begins<I> {
+    pub fn is_silent(&self) -> bool {
+        matches!(self, Self::Silently)
+    }
+}
+
 /// Events that were copied from those before them: they repeat to the last bit.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Copies {
     /// The first copied event.
     pub first: usize,
@@ -72,7 +80,7 @@ impl<M: Model> Trace<M> {
     }
 
     /// Takes note of the leg that begins so, before its event is taken.
-    pub fn begins(&mut self, point: &CheckpointOf<M>, begins: Begins<M>) {
+    pub fn begins(&mut self, point: &CheckpointOf<M>, begins: Begins<M::Impact>) {
         if let Some(legs) = &mut self.legs {
             let (events, anchor) = (self.residuals.len(), point.anchor.clone());
             legs.push(TracedLeg { events, begins, anchor, skips: point.skips() });

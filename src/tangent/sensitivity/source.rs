@@ -2,8 +2,6 @@
 //! motion once more. Both know where the motion repeats to the last bit.
 
 use crate::contact::sustained::{ContactForce, ContactMode};
-use crate::impact::resolve;
-use crate::model::contact_coordinates::PreImpact;
 use crate::model::error::SimulationError;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
@@ -101,7 +99,7 @@ impl<'a> Kept<'a> {
             let &ImpactRecord { time, period, time_in_period, x1, x2, phase, .. } = row;
             let pre = State { x1, v1: row.v1_pre, x2, v2: row.v2_pre };
             let post = State { x1, v1: row.v1_post, x2, v2: row.v2_post };
-            let impact = resolve(&run.system, &PreImpact::new(run.system.contact, &pre)).ok()?;
+            let impact = run.system.resolved(row)?;
             let clock = clock(period, time_in_period);
             return Some(Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact }));
         }

@@ -10,7 +10,7 @@ use super::structure_kept::Kept;
 use super::structure_legs::{StructureLegs, tell};
 use super::structure_source::Source;
 use super::table::SensitivityTable;
-use super::{Place, Sensitivity, check_names, run_again};
+use super::{Place, Sensitivity, check_names};
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState, Variation};
 use crate::numerics::cancel::CancelToken;
@@ -106,16 +106,7 @@ pub fn structure_sensitivity(
         legs: Vec::new(),
         rows: Rows::default(),
     };
-    let again;
-    let mut kept = Kept::new(run, &initial, section_offset, cancel)?;
-    if kept.is_none() && run.whole_from().is_some() {
-        // One that was read from a file, or made beside others.
-        again = run_again(run, initial.clone(), cancel);
-        if let Some(again) = &again {
-            kept = Kept::new(again, &initial, section_offset, cancel)?;
-        }
-    }
-    let source = if let Some(kept) = kept {
+    let source = if let Some(kept) = Kept::new(run, &initial, section_offset, cancel)? {
         Source::Kept(Box::new(kept))
     } else {
         let simulation = Simulation::new(structure, initial)?

@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_has_noted_nothing_is_made_again() {
+    fn a_run_that_has_noted_nothing_is_followed_again() {
         for structure in motions() {
             let all = simulated(&structure, RunOptions::periods(40));
             let mut bare = all.clone();

@@ -2,7 +2,7 @@
 //! as impacts tell them or as the run has noted them.
 
 use super::error::SensitivityError;
-use crate::impact::{StopImpact, strike};
+use crate::impact::StopImpact;
 use crate::model::state::Clock;
 use crate::model::structure::{Coordinates, Structure, StructureState};
 use crate::numerics::cancel::CancelToken;
@@ -191,8 +191,7 @@ impl<'a> Kept<'a> {
 
     /// Whether the next leg begins later than the present one, in which no impacts are skipped.
     pub fn lasts(&self) -> bool {
-        let silent =
-            self.noted(self.original().0).is_some_and(|leg| matches!(leg.begins, Begins::Silently));
+        let silent = self.noted(self.original().0).is_some_and(|leg| leg.begins.is_silent());
         !silent && !self.skips && self.next_clock() > self.anchor().clock
     }
 
@@ -212,7 +211,7 @@ impl<'a> Kept<'a> {
         let (place, later) = self.original();
         let noted = self.noted(place);
         if let Some(leg) = noted
-            && matches!(leg.begins, Begins::Silently)
+            && leg.begins.is_silent()
         {
             (self.silent, self.skips) = (self.silent + 1, leg.skips);
             self.begin(leg, later);
@@ -328,13 +327,7 @@ fn kept_impact(
 ) -> Option<StopImpactEvent> {
     let state = |v: &Coordinates| StructureState { q: row.q.clone(), v: v.clone() };
     let (pre, post) = (state(&row.v_pre), state(&row.v_post));
-    let impact = if let Some(impact) = known {
-        impact
-    } else {
-        let mut velocities = row.v_pre.clone();
-        let stop = usize::try_from(row.stop).ok()?;
-        strike(structure, stop, row.approach_velocity, &mut velocities).ok()?
-    };
+    let impact = known.or_else(|| structure.resolved(row))?;
     Some(StopImpactEvent { clock, time: row.time, phase: row.phase, pre, post, impact })
 }
 
