@@ -33,6 +33,10 @@ pub const CONVERGED_SLOPES: f64 = 1e-6;
 /// chatter are followed by those that the run skips.
 pub const SAME_SLOPES: f64 = 1e-12;
 
+/// Rounding of the derivatives at an impact of chatter, EPS/u, above which earlier ones are kept beside it
+/// for the extrapolation.
+pub const MOST_ROUNDING: f64 = 1e-8;
+
 /// Part of a local flight: what lasts no longer is no flight.
 pub const STILL_FLIGHT: f64 = 1e-6;
 

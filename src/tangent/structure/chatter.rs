@@ -54,23 +54,22 @@ impl Perturbed {
             });
         }
         self.samples = Samples::default();
-        let (mut best, period) = best.filter(|(best, _)| best.error <= CONVERGED_SLOPES)?;
-        if let Some(later) = self.of.later(event.clock.period - period) {
+        let mut best = best.filter(|best| best.error <= CONVERGED_SLOPES)?;
+        if let Some(later) = self.of.later(event.clock.period - best.period) {
             best.delay -= later;
         }
         Some(best)
     }
 
-    /// Whether the limit is known as well as it can be, or as is needed; the best so far, with the drive
-    /// period of its delay.
-    fn is_known(&mut self, best: &mut Option<(Limit, i64)>) -> bool {
+    /// Whether the limit is known as well as it can be, or as is needed; the best so far.
+    fn is_known(&mut self, best: &mut Option<Limit>) -> bool {
         if let Some(limit) = self.samples.limit(&self.of)
-            && best.as_ref().is_none_or(|(best, _)| limit.error < best.error)
+            && best.as_ref().is_none_or(|best| limit.error < best.error)
         {
-            *best = Some((limit, self.samples.period()));
+            *best = Some(limit);
         }
         // What comes after the best one has more rounding.
         let noise = self.samples.last().map_or(0.0, Sample::noise);
-        best.as_ref().is_some_and(|(best, _)| best.error <= noise.max(SAME_SLOPES))
+        best.as_ref().is_some_and(|best| best.error <= noise.max(SAME_SLOPES))
     }
 }

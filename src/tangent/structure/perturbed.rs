@@ -430,7 +430,8 @@ impl Perturbed {
             return;
         }
         let (stop, kind) = (event.impact.stop, event.impact.regime.kind());
-        let slip = self.of.structure.slip(stop, &event.post.v);
+        // That after an impact in which slip stops is rounding.
+        let slip = self.of.structure.slip(stop, &event.pre.v);
         let coefficient = self.of.structure.stops()[stop].coefficient();
         let piece = coefficient.piece(event.impact.approach_velocity);
         self.samples.take(Sample {

@@ -10,7 +10,7 @@ use crate::model::state::Clock;
 use crate::model::structure::{StructureState, largest_number};
 use crate::numerics::EPS;
 use crate::numerics::extrapolation::Weights;
-use crate::tangent::tolerances::{MOST_EXTRAPOLATED, SAME_SLOPES};
+use crate::tangent::tolerances::{MOST_EXTRAPOLATED, MOST_ROUNDING, SAME_SLOPES};
 
 /// Fewest samples of which two orders can be compared. At a small r more are lost in rounding.
 const FEWEST: usize = 3;
@@ -18,7 +18,7 @@ const FEWEST: usize = 3;
 /// What an impact leaves behind, with its perturbations.
 #[derive(Debug, Clone)]
 pub(super) struct Sample {
-    /// Stop, regime, direction of slip, piece of the restitution curve.
+    /// Stop, regime, direction of slip before, piece of the restitution curve.
     pub contact: (usize, RegimeKind, bool, usize),
     /// -u, and its change.
     pub separation: f64,
@@ -42,7 +42,9 @@ pub(super) struct Samples {
 /// The limit of time and state, with their derivatives.
 pub(super) struct Limit {
     pub columns: DMatrix<f64>,
+    /// Within this drive period.
     pub delay: RowDVector<f64>,
+    pub period: i64,
     /// Difference of the last two orders, with the rounding of the last sample.
     pub error: f64,
 }
@@ -66,7 +68,9 @@ impl Samples {
             Some(last) if new.separation > CHATTER_SPACING * last.separation => return,
             _ => {}
         }
-        if self.all.len() == MOST_EXTRAPOLATED {
+        // A run whose own limit converges slowly has many impacts that are mostly rounding: the earlier
+        // ones may have the better limit.
+        if self.all.len() >= MOST_EXTRAPOLATED && new.noise() <= MOST_ROUNDING {
             self.all.remove(0);
             self.told = 0;
         }
@@ -104,14 +108,15 @@ impl Samples {
         self.all.first().is_some_and(|first| !first.low)
     }
 
-    /// At u = 0, from the first samples, so many that their error is least: further ones bring more
-    /// rounding. Of those numbers of samples whose limit has not been told.
+    /// At u = 0, from some samples in a row, up to that one with which the error is least: further ones
+    /// bring more rounding. Of those numbers of samples whose limit has not been told.
     pub fn limit(&mut self, of: &Linearised) -> Option<Limit> {
         let counts = FEWEST.max(self.told + 1)..=self.all.len();
         self.told = self.all.len();
         let mut best: Option<Limit> = None;
         for count in counts.rev() {
-            let limit = Self::limit_of(&self.all[..count], of);
+            let first = count.saturating_sub(MOST_EXTRAPOLATED);
+            let limit = Self::limit_of(&self.all[first..count], of);
             if best.as_ref().is_none_or(|best| limit.error.total_cmp(&best.error).is_lt()) {
                 best = Some(limit);
             }
@@ -120,11 +125,6 @@ impl Samples {
             }
         }
         best
-    }
-
-    /// Its delay is that within the drive period of the first one.
-    pub fn period(&self) -> i64 {
-        self.all.first().map_or(0, |first| first.clock.period)
     }
 
     fn limit_of(samples: &[Sample], of: &Linearised) -> Limit {
@@ -136,6 +136,7 @@ impl Samples {
         let mut limit = Limit {
             columns: DMatrix::zeros(rows, columns),
             delay: RowDVector::zeros(columns),
+            period: first.clock.period,
             error: last.noise(),
         };
         let place = |sample: &Sample, i: usize| {
