@@ -281,6 +281,25 @@ def test_a_bouncing_ball_is_heard():
     assert found.errors["restitution"] < 2e-3
 
 
+@pytest.mark.parametrize(
+    ("kind", "noise", "jitter"), [("v1", 2e-2, 0.0), ("a1", 5e-2, 0.0), ("v1", 1e-2, 1e-2)]
+)
+def test_expected_errors_of_what_jumps_at_impacts_are_those_of_fits(kind, noise, jitter):
+    run = vi.simulate(RUBBING, initial=START, periods=12)
+    names = ["restitution", "friction", "gap", "v1"]
+    plan = vi.measure(run, kind, noise=noise, sampling=0.1, jitter=jitter)
+    expected = vi.expected_errors(run, plan, unknown=names)
+    z = []
+    for seed in range(20):
+        record = vi.measure(run, kind, noise=noise, sampling=0.1, jitter=jitter, seed=seed)
+        found = vi.fit(record, RUBBING, unknown=names, initial=START, starts=1)
+        assert found.standard_errors == pytest.approx(expected.standard_errors, rel=0.05)
+        true = [*(getattr(RUBBING, name) for name in names[:3]), START[1]]
+        z.append((found.estimates - true) / expected.standard_errors)
+    # 1 but for chance: 80 numbers, of which those of one fit are correlated.
+    assert 0.6 < np.sqrt(np.mean(np.square(z))) < 1.4
+
+
 def test_expected_errors_are_those_of_a_fit():
     run = vi.simulate(RUBBING, initial=START, periods=20)
     names = ["restitution", "friction", "gap"]

@@ -106,6 +106,16 @@ def test_noise_has_the_stated_size():
     assert np.std(z[np.abs(z) < 6.0]) == pytest.approx(1.0, rel=0.1)
 
 
+@pytest.mark.parametrize("kind", ["x1", "v1", "v2", "a1"])
+def test_errors_of_instants_beside_impacts_are_in_sigma(kind):
+    exact = vi.measure(RUN, kind, sampling=0.02)
+    for seed in range(5):
+        jittered = vi.measure(RUN, kind, sampling=0.02, jitter=0.01, seed=seed)
+        z = (jittered.values - exact.values) / jittered.sigma
+        assert np.abs(z).max() < 6.0
+        assert z[np.abs(z) < 3.0].std() == pytest.approx(1.0, rel=0.1)
+
+
 def test_a_measurement_of_a_run_that_forgot_its_start_is_refused():
     late = vi.simulate(PAPER, initial=START, periods=20, keep=5)
     with pytest.raises(vi.ParameterError, match="from t = 0"):

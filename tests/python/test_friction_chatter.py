@@ -1,4 +1,4 @@
-"""Derivatives through chatter with friction, in which slip decays at another rate than the bounces."""
+"""Derivatives through chatter with friction, where slip decays at another rate than bounces."""
 
 import numpy as np
 import pytest

@@ -249,6 +249,7 @@ def expected_errors(
     if evaluation is None or evaluation.missing:
         reject("record", record, "times of impacts, and times, that this motion has")
     found = Found(point, window, evaluation, 0.0, True, True, 0)
+    search.expect(found)
     derived = search.weighted_derivative(found)
     if derived is None:
         raise ParameterError(

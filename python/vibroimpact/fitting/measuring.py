@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 _MOST = 1e40
 # A sampled record has at most so many rows.
 _MOST_ROWS = 10_000_000
+# Node of the rule for normal errors; and how many standard errors of an instant an impact is away
+# at least that it does not come to lie on the other side.
+_NODE, _FAR = 3.0**0.5, 4.0
 
 
 @interruptible
@@ -111,11 +114,27 @@ def measure(
     if jitter > 0.0:
         end = run.final_state.time
         true = np.clip(times + jitter * random.standard_normal(len(times)), 0.0, end)
-        sides = [predicted(run, what, np.clip(times + k * jitter, 0.0, end)) for k in (-1.0, 1.0)]
-        spread = np.hypot(noise, 0.5 * np.abs(sides[1] - sides[0]))
+        spread = np.hypot(noise, _by_jitter(run, what, times, jitter))
         spread = np.maximum(spread, 1e-3 * max(float(spread.mean()), 1e-300))
     values = predicted(run, what, true) + noise * random.standard_normal(len(times))
     return Record(what, times, values, sigma=spread if noise or jitter else None)
+
+
+def _by_jitter(run: AnyRun, kind: str, times: Array, jitter: float) -> Array:
+    """Return standard errors of values that are measured at other instants than is thought."""
+    end = run.final_state.time
+
+    def change(by: float) -> Array:
+        away = predicted(run, kind, np.clip(times + by * jitter, 0.0, end))
+        return away - predicted(run, kind, times)
+
+    # Gauss and Hermite's rule for the mean square: nodes +-3^(1/2) with 1/6 each.
+    found = np.hypot(*(change(side * _NODE) for side in (-1.0, 1.0))) / 6.0**0.5
+    # Beside an impact a few rows may lie on its other side, and be off by all that changes there.
+    impacts = np.asarray(run.impacts["time"])
+    sides = [np.searchsorted(impacts, times + side * _FAR * jitter) for side in (-1.0, 1.0)]
+    across = np.maximum(*(np.abs(change(side * _FAR)) for side in (-1.0, 1.0)))
+    return np.where(sides[0] < sides[1], np.maximum(found, 0.5 * across), found)
 
 
 def need_run(run: Any) -> None:

@@ -132,26 +132,42 @@ class Search(Minimiser):
     def _exact(self, found: Found) -> Found | None:
         """Return the fit without rows on which side of an impact is not known."""
         for _ in range(_MOST_ROUNDS):
-            derived = self.weighted_derivative(found)
-            if derived is None:
-                return found
-            derivative, _ = derived
-            rows = sum(int(np.isfinite(sigma).sum()) for sigma in self.sigmas)
-            size = max(1.0, 2.0 * found.cost / max(1, rows - len(found.point.values)))
-            scales = self.problem.unknowns.scales
-            covariance = determination(derivative, scales, size).covariance
-            sigmas = without_edges(self.problem, found.point, found.window, self.base, covariance)
-            counting = sum(int(np.isfinite(sigma).sum()) for sigma in sigmas)
-            if counting <= len(found.point.values):
-                break  # too few rows would be left
-            same = all(np.array_equal(a, b) for a, b in zip(sigmas, self.sigmas, strict=True))
-            if same:
+            sigmas = self.with_sides(found)
+            if sigmas is None:
                 break
             better = self._with(sigmas, found.point, found.window, found.whole)
             if better is None:
                 break
             found = better
         return found
+
+    def with_sides(self, found: Found) -> list[Array] | None:
+        """Return standard errors, infinite for rows on which side of an impact is not known.
+
+        None where these are those of the search, or would leave too few rows.
+        """
+        derived = self.weighted_derivative(found)
+        if derived is None:
+            return None
+        derivative, _ = derived
+        count = len(found.point.values)
+        rows = sum(int(np.isfinite(sigma).sum()) for sigma in self.sigmas)
+        size = max(1.0, 2.0 * found.cost / max(1, rows - count))
+        scales = self.problem.unknowns.scales
+        covariance = determination(derivative, scales, size).covariance
+        sigmas = without_edges(self.problem, found.point, found.window, self.base, covariance)
+        same = all(np.array_equal(a, b) for a, b in zip(sigmas, self.sigmas, strict=True))
+        counting = sum(int(np.isfinite(sigma).sum()) for sigma in sigmas)
+        return None if same or counting <= count else sigmas
+
+    def expect(self, found: Found) -> None:
+        """Take the standard errors of rows that a fit which ends here would have."""
+        self.sigmas = self.base
+        for _ in range(_MOST_ROUNDS):
+            sigmas = self.with_sides(found)
+            if sigmas is None:
+                break
+            self.sigmas = sigmas
 
     def _with(self, sigmas: list[Array], point: Point, window: Window, final: bool) -> Found | None:
         """Return the fit of a window with some standard errors."""
