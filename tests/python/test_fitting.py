@@ -315,6 +315,43 @@ def test_expected_errors_are_those_of_a_fit():
         vi.expected_errors(run, vi.measure(run, "x1", sampling=0.1), unknown=names)
 
 
+@pytest.mark.parametrize("kind", ["x1", "v1", "a1", "x2", "impact_times"])
+@pytest.mark.parametrize("sigma", [None, 1e-2, 1e-6])
+def test_a_record_without_noise_fits(kind, sigma):
+    # Rounding is not random: the residuals of a perfect fit have neighbours alike.
+    run = vi.simulate(RUBBING, initial=START, periods=20)
+    exact = vi.measure(run, kind, sampling=None if kind == "impact_times" else 0.1)
+    values = None if kind == "impact_times" else exact.values
+    record = vi.Record(kind, exact.times, values, sigma=sigma)
+    guess = RUBBING.replace(restitution=0.7)
+    found = vi.fit(record, guess, unknown=["restitution", "friction"], initial=START)
+    assert found.verdict == "fits", found.reasons
+    assert found.estimates == pytest.approx([RUBBING.restitution, RUBBING.friction], abs=1e-11)
+
+
+def test_systematic_residuals_that_move_no_value_by_its_error_are_no_verdict():
+    run = vi.simulate(RUBBING, initial=START, periods=20)
+    exact = vi.measure(run, "x1", sampling=0.1)
+    wave = np.sin(0.3 * exact.times)
+    for size, verdict in ((0.9, "fits"), (30.0, "systematic residuals")):
+        wrong = exact.values + 1e-3 * size * wave / np.sqrt(wave @ wave)
+        record = vi.Record("x1", exact.times, wrong, sigma=1e-3)
+        found = vi.fit(record, RUBBING, unknown=["restitution", "gap"], initial=START, starts=1)
+        assert found.verdict == verdict
+        if verdict == "fits":
+            off = found.estimates - [RUBBING.restitution, RUBBING.gap]
+            assert np.abs(off / found.standard_errors).max() < 1.0
+
+
+def test_a_record_that_does_not_vary_is_told_in_words():
+    run = vi.simulate(RUBBING, initial=START, periods=20)
+    times = vi.measure(run, "x1", sampling=0.1).times
+    still = vi.Record("x1", times, np.zeros(len(times)))
+    found = vi.fit(still, RUBBING, unknown=["restitution"], initial=START, starts=1)
+    assert any("x1 does not vary" in reason for reason in found.reasons)
+    assert max(map(len, found.reasons)) < 200
+
+
 def test_a_fit_is_saved(tmp_path):
     run = vi.simulate(RUBBING, initial=START, periods=10)
     records = [

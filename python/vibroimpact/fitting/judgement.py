@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,14 @@ from .problem import Problem
 from .record import Record, is_heard
 from .result import Fit, Verdict, tuples
 from .search import Search
-from .statistics import chi2_tail, determination, inflation, ljung_box, runs_test
+from .statistics import (
+    are_negligible,
+    chi2_tail,
+    determination,
+    inflation,
+    ljung_box,
+    runs_test,
+)
 
 Array = NDArray[np.float64]
 
@@ -169,10 +177,13 @@ def _reasons(
         reasons.append(("systematic residuals", f"the motion found lacks {many} of the record"))
     if extra := found.evaluation.unheard(found.window.end):
         many = counted(len(extra), "impact")
-        said = f"the motion found has {many} that are not in the record"
+        are = "is" if len(extra) == 1 else "are"
+        said = f"the motion found has {many} that {are} not in the record"
         reasons.append(("systematic residuals", f"{said}, approach velocities to {max(extra):.2g}"))
     tests = 2 * len(weighted)
     for record, z in zip(problem.records, weighted, strict=True):
+        if are_negligible(z):  # such as rounding, of a record without noise
+            continue
         bounded = np.clip(z, -_OUTLIER, _OUTLIER)
         for test, told in ((ljung_box, "neighbours alike"), (runs_test, "signs in runs")):
             chance = test(bounded)
@@ -196,12 +207,17 @@ def _unexplained(record: Record, residuals: Array) -> str:
         part = size / float(np.median(intervals(record.times)))
         what = "of the intervals between impacts"
     else:
-        values = record.values
-        part = size / max(float(np.median(np.abs(values - np.median(values)))), 1e-300)
+        deviations = np.abs(record.values - np.median(record.values))
+        # Of a record that hardly ever varies the median says nothing, of one that never does nothing.
+        spread = float(np.median(deviations)) or float(np.std(record.values))
+        part = size / spread if spread else math.inf if size else 0.0
         what = "of its deviations from the median"
     if part <= _UNEXPLAINED:
         return ""
-    return f"the residuals of {record.name} are {part:.0%} {what}: little of it is explained"
+    if math.isinf(part):
+        return f"{record.name} does not vary, and what is predicted is {size:.3g} off"
+    many = f"{part:.0%}" if part < _OTHER_UNITS else f"{part:.3g} times the size"
+    return f"the residuals of {record.name} are {many} {what}: little of it is explained"
 
 
 def _verdict(reasons: list[_Reason]) -> Verdict:

@@ -21,7 +21,7 @@ from .minimum import Found, Minimiser
 from .prediction import states_at
 from .problem import Evaluation, Point, Problem, Window
 from .record import Record, is_heard
-from .statistics import determination, ljung_box
+from .statistics import are_negligible, determination, ljung_box
 
 Array = NDArray[np.float64]
 
@@ -196,7 +196,7 @@ class Search(Minimiser):
             used = z[np.isfinite(sigma[: len(z)])]
             if stated and float(used @ used) > _FAR_TOO_LARGE * len(used):
                 return True
-            if ljung_box(np.clip(used, -4.0, 4.0)) < _NOT_RANDOM:
+            if not are_negligible(used) and ljung_box(np.clip(used, -4.0, 4.0)) < _NOT_RANDOM:
                 return True
         return bool(found.evaluation.missing)
 

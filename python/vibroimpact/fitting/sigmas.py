@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 
 # First guesses: parts of the median interval of impacts, and of the standard deviation of values.
 _OF_INTERVAL, _OF_SPREAD = 0.02, 0.05
-# Part of the size of the values below which residuals are rounding.
-_ROUNDING = 1e-13
+# Part of the size of the values below which residuals are rounding, as it grows along a motion.
+_ROUNDING = 1e-11
 # Median of the absolute value of a normal variable of variance 1.
 _MEDIAN = 0.6744897501960817
 

@@ -91,6 +91,14 @@ def runs_test(residuals: Array) -> float:
     return math.erfc(abs(runs - mean) / math.sqrt(2.0 * variance))
 
 
+def are_negligible(z: Array) -> bool:
+    """Whether residuals in standard errors move no value by one, even if they are systematic.
+
+    They move the values by (J^T J)^-1 J^T z: in units of standard errors by |z| at most.
+    """
+    return float(z @ z) <= 1.0
+
+
 @dataclass(frozen=True)
 class Determination:
     """What a weighted derivative says about unknowns: shape (k, k) and (k,).
