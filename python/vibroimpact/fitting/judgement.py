@@ -208,7 +208,7 @@ def _unexplained(record: Record, residuals: Array) -> str:
         what = "of the intervals between impacts"
     else:
         deviations = np.abs(record.values - np.median(record.values))
-        # Of a record that hardly ever varies the median says nothing, of one that never does nothing.
+        # Of a record that hardly ever varies the median says nothing.
         spread = float(np.median(deviations)) or float(np.std(record.values))
         part = size / spread if spread else math.inf if size else 0.0
         what = "of its deviations from the median"

@@ -125,7 +125,7 @@ def _by_jitter(run: AnyRun, kind: str, times: Array, jitter: float) -> Array:
     end = run.final_state.time
 
     def change(by: float) -> Array:
-        away = predicted(run, kind, np.clip(times + by * jitter, 0.0, end))
+        away: Array = predicted(run, kind, np.clip(times + by * jitter, 0.0, end))
         return away - predicted(run, kind, times)
 
     # Gauss and Hermite's rule for the mean square: nodes +-3^(1/2) with 1/6 each.
@@ -134,7 +134,7 @@ def _by_jitter(run: AnyRun, kind: str, times: Array, jitter: float) -> Array:
     impacts = np.asarray(run.impacts["time"])
     sides = [np.searchsorted(impacts, times + side * _FAR * jitter) for side in (-1.0, 1.0)]
     across = np.maximum(*(np.abs(change(side * _FAR)) for side in (-1.0, 1.0)))
-    return np.where(sides[0] < sides[1], np.maximum(found, 0.5 * across), found)
+    return np.asarray(np.where(sides[0] < sides[1], np.maximum(found, 0.5 * across), found))
 
 
 def need_run(run: Any) -> None:
