@@ -1,7 +1,7 @@
 """Hints for unknown names: what was meant by a name from the theory or from another package."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from ._core import PARAMETERS
 
@@ -136,9 +136,28 @@ _OTHER_ATTRIBUTES: dict[str, tuple[str, ...]] = {
 _IN_FULL = {"trajectory": "trajectory(times)", "to_pandas": "to_pandas().to_csv(path)"}
 
 
-def meant_of_object(name: str, known: Iterable[str]) -> str:
-    """Return a hint for the error about an attribute that an object does not have."""
+# Columns of tables that are taken for attributes of what has the table: what they may be called.
+_COLUMNS: dict[str, tuple[str, ...]] = {
+    "u": ("approach_velocity",),
+    "v1": ("v1_pre",),
+    "v2": ("v2_pre",),
+    "v1_pre": ("v1",),
+    "v2_pre": ("v2",),
+}
+
+
+def meant_of_object(
+    name: str, known: Iterable[str], tables: Mapping[str, Iterable[str]] | None = None
+) -> str:
+    """Return a hint for the error about an attribute that an object does not have.
+
+    ``tables`` are those of the object, with their columns.
+    """
     names = [other for other in known if other[:1] != "_"]
+    for table, columns in (tables or {}).items():
+        for column in (name, *_COLUMNS.get(name, ())):
+            if column in columns:
+                return f", did you mean {table}[{column!r}]?"
     for meant in _OTHER_ATTRIBUTES.get(name, ()):
         if meant in names:
             return f", did you mean {_IN_FULL.get(meant, meant)}?"

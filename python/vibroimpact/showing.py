@@ -35,7 +35,7 @@ class Shown:
             except AttributeError as error:
                 if name[:1] == "_" or hasattr(type(self), name):
                     raise
-                hint = meant_of_object(name, dir(self))
+                hint = meant_of_object(name, dir(self), _tables(self))
                 # With an object Python would add a hint of its own.
                 raise AttributeError(f"{error}{hint}", name=name) from None
 
@@ -47,6 +47,18 @@ class Shown:
         """Return the table and the picture as HTML: no script, and nothing from elsewhere."""
         html: str = verb("html")(self, self._facts())
         return html
+
+
+def _tables(shown: Shown) -> dict[str, tuple[str, ...]]:
+    """Return the columns of the table of what has one, or of the first of a sequence of such."""
+    first = "motions" in dir(shown) and next(iter(getattr(shown, "motions", ())), None)
+    for each, where in ((shown, ""), (first, "motions[0]." if first else "")):
+        for table in ("impacts", "solutions"):
+            if table in dir(type(each)) or table in getattr(each, "__dict__", {}):
+                dtype = getattr(getattr(each, table, None), "dtype", None)
+                if names := getattr(dtype, "names", None):
+                    return {f"{where}{table}": names}
+    return {}
 
 
 def counted(number: int, what: str, *, ending: str = "s") -> str:

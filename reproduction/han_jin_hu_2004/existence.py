@@ -2,7 +2,7 @@
 
 The paper draws every algebraic solution, with the stability of its criterion (42)-(45). A solution
 is a motion only if it is admissible, and its stability is that of its Floquet multipliers
-(docs/theory.md, section 8 and errata E4, E5). Verdicts on single motions are confirmed by
+(docs/orbits.md; errata E4, E5). Verdicts on single motions are confirmed by
 simulations that start a little off them.
 """
 

@@ -7,7 +7,7 @@
 //!   F(x1) = Nc^2 + Ns^2 - D^2 = 0,   D = d(kappa),   N = x1 p(kappa) + y q(kappa) + s(kappa),
 //!
 //! y = sigma(x1) - delta, kappa = sigma', sigma the sine, or the identity for direct contact; d, p,
-//! q, s quadratic, s = 0 without constant loads. This is (35) with its poles multiplied out (docs/theory.md, section 8; where the
+//! q, s quadratic, s = 0 without constant loads. This is (35) with its poles multiplied out (docs/orbits.md; where the
 //! coefficients come from: python/vibroimpact/single_impact/algebraic.py).
 //!
 //! ```

@@ -315,6 +315,19 @@ def test_expected_errors_are_those_of_a_fit():
         vi.expected_errors(run, vi.measure(run, "x1", sampling=0.1), unknown=names)
 
 
+def test_a_long_chaotic_record_has_errors():
+    # Differences of the start grow by 10^13, beyond what one derivative tells of other unknowns.
+    run = vi.simulate(CHAOTIC, initial=START, periods=400)
+    heard = vi.measure(run, "impact_times", noise=1e-3, seed=1)
+    guess = CHAOTIC.replace(restitution=0.79)
+    names = ["restitution", "friction", "start"]
+    found = vi.fit(heard, guess, unknown=names, initial=START, starts=1)
+    assert found.verdict == "fits", found.reasons
+    assert np.abs(wrong_by(found, CHAOTIC)).max() < 4.0
+    # Longer records tell more: 200 periods leave 1.3e-4.
+    assert found.errors["restitution"] < 1e-4
+
+
 @pytest.mark.parametrize("kind", ["x1", "v1", "a1", "x2", "impact_times"])
 @pytest.mark.parametrize("sigma", [None, 1e-2, 1e-6])
 def test_a_record_without_noise_fits(kind, sigma):

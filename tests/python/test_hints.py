@@ -300,6 +300,28 @@ def test_an_attribute_that_an_object_does_not_have_is_answered_by_one_that_it_ha
     assert hasattr(thing, meant.partition("(")[0])
 
 
+@pytest.mark.parametrize(
+    ("name", "attribute", "meant"),
+    [
+        ("run", "x1", "impacts['x1']"),
+        ("run", "u", "impacts['approach_velocity']"),
+        ("motion", "v1", "impacts['v1_pre']"),
+        ("motions", "x1", "motions[0].impacts['x1']"),
+        ("map", "v1_pre", "solutions['v1']"),
+    ],
+)
+def test_a_column_of_a_table_is_no_attribute_of_what_has_the_table(name, attribute, meant):
+    made = {"run": lambda: RUN, "motion": motion, "motions": lambda: vi.periodic_motions(SYSTEM)}
+    made["map"] = lambda: vi.motion_map(SYSTEM, drive_frequency=[1.8])
+    with pytest.raises(AttributeError, match=re.escape(f"did you mean {meant}?")):
+        getattr(made[name](), attribute)
+
+
+def test_derivatives_of_impacts_are_no_table():
+    with pytest.raises(AttributeError, match=r"no attribute 'x1'$"):
+        RUN.sensitivity("gap").x1  # noqa: B018
+
+
 def test_an_attribute_that_means_nothing_gets_no_hint():
     for name in ("zzz", "_impacts_", "__array__"):
         with pytest.raises(AttributeError, match=f"no attribute '{name}'$"):

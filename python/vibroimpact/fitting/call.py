@@ -250,13 +250,13 @@ def expected_errors(
         reject("record", record, "times of impacts, and times, that this motion has")
     found = Found(point, window, evaluation, 0.0, True, True, 0)
     search.expect(found)
-    derived = search.weighted_derivative(found)
+    derived = search.along(found)
     if derived is None:
         raise ParameterError(
             "the run has an event at which derivatives do not exist, such as a graze; no errors "
             "can be expected of it"
         )
-    known = determination(derived[0], unknowns.scales, 1.0)
+    known = determination(derived.derivative, derived.changes, unknowns.scales, 1.0)
     return ExpectedErrors(
         names=unknowns.names,
         estimates=values,

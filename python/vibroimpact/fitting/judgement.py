@@ -63,7 +63,7 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
     }
     derived = None
     if found is not None and found.whole:
-        derived = search.weighted_derivative(found)
+        derived = search.along(found)
     if found is None or derived is None:
         predicted, reason = _unfinished(found, measured)
         z = (measured - predicted) / sigma
@@ -81,9 +81,9 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
             probability=None,
             **common,
         )
-    derivative, weighted = derived
     weighted = [
-        each[np.isfinite(sigma)] for each, sigma in zip(weighted, search.sigmas, strict=True)
+        each[np.isfinite(sigma)]
+        for each, sigma in zip(derived.weighted, search.sigmas, strict=True)
     ]
     variance = inflation(search.loss, np.concatenate(weighted), count)
     outliers = 0
@@ -104,7 +104,8 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
     dof = common["dof"]
     if verdict in ("systematic residuals", "residuals too large") and dof:
         variance *= max(1.0, chi2 / dof)
-    known = determination(derivative, unknowns.scales, variance)
+    changes = derived.changes[:count]
+    known = determination(derived.derivative, changes, unknowns.scales, variance)
     said = [sentence for _, sentence in reasons]
     if outliers and verdict == "fits":
         many = counted(outliers, "outlier")

@@ -54,13 +54,14 @@ def widened(problem: Problem, sigmas: Sequence[Array], width: int) -> list[Array
 
 
 def without_edges(
-    problem: Problem, point: Point, window: Window, sigmas: Sequence[Array], covariance: Array
+    problem: Problem, point: Point, window: Window, sigmas: Sequence[Array], deviations: Array
 ) -> list[Array]:
     """Return standard errors that are infinite for rows on which side of an impact is not known.
 
-    ``covariance`` is that of the unknowns.
+    ``deviations`` are independent ones of one standard error, of the unknowns and of the starts of
+    segments: columns.
     """
-    times, errors = _impacts(problem, point, window, covariance)
+    times, errors = _impacts(problem, point, window, deviations)
     found = []
     for record, sigma in zip(problem.records, sigmas, strict=True):
         if jumps(record, problem) and len(times) and len(record) > 1:
@@ -78,7 +79,7 @@ def without_edges(
 
 
 def _impacts(
-    problem: Problem, point: Point, window: Window, covariance: Array
+    problem: Problem, point: Point, window: Window, deviations: Array
 ) -> tuple[Array, Array]:
     """Return the times of all impacts of a motion, and their standard errors."""
     found = problem.evaluate(point, window)
@@ -98,31 +99,9 @@ def _impacts(
     if again is None:
         return times, np.zeros(len(times))
     try:
-        (moved,), constraint = heard.derivatives(again, window)
+        (moved,), _ = heard.derivatives(again, window)
     except SimulationError:
         return times, np.zeros(len(times))
-    by_unknowns = eliminated(moved, constraint, len(point.values), len(problem.initial))
-    variance = np.einsum("ij,jk,ik->i", by_unknowns, covariance, by_unknowns)
-    return times, np.sqrt(np.maximum(variance, 0.0))
-
-
-def eliminated(derivative: Array, constraint: Array, unknowns: int, size: int) -> Array:
-    """Return derivatives along the motion by the unknowns alone, without starts of segments.
-
-    ``size`` is the number of coordinates. Of a start the constraint has -1 in the rows that give
-    it, and derivatives by earlier starts.
-    """
-    found = derivative[:, :unknowns].copy()
-    moved = constraint[:, :unknowns].copy()
     with np.errstate(over="ignore", invalid="ignore"):
-        for first in range(0, len(constraint), size):
-            here = slice(first, first + size)
-            columns = slice(unknowns + first, unknowns + first + size)
-            if first:
-                before = slice(first - size, first)
-                earlier = slice(unknowns + first - size, unknowns + first)
-                # In units in which the start itself has the factor -1.
-                moved[here] += constraint[here, earlier] @ moved[before]
-            moved[here] /= -np.diag(constraint[here, columns])[:, None]
-            found += derivative[:, columns] @ moved[here]
-    return np.nan_to_num(found, nan=_MOST, posinf=_MOST, neginf=-_MOST)
+        errors = np.sqrt(np.square(moved @ deviations).sum(axis=1))
+    return times, np.nan_to_num(errors, nan=_MOST, posinf=_MOST)

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError
-from .jumps import eliminated
 from .problem import Evaluation, Point, Problem, Window
 from .statistics import costs, weights
 from .steps import Linear, correction, multipliers, null_space, step
@@ -40,6 +39,29 @@ _KICKS, _MOST_KICK = 8, 0.3
 _MOST_DERIVATIVE = 1e100
 # A step so small, in units of the scales, is rounding.
 _SMALL = 1e-13
+
+
+@dataclass(frozen=True)
+class Along:
+    """The derivative of weighted residuals by changes after which the motion is still whole.
+
+    In a chaotic motion the derivatives by the unknowns alone grow beyond all digits. Changes of the
+    starts of segments beside them do not.
+
+    Attributes
+    ----------
+    derivative
+        By so many changes as there are unknowns, shape (rows, k).
+    changes
+        These: of the unknowns, then of the starts of segments, in units of their scales, of
+        length 1 and at right angles, shape (k + ..., k).
+    weighted
+        Residuals in standard errors, record by record.
+    """
+
+    derivative: Array
+    changes: Array
+    weighted: list[Array]
 
 
 @dataclass
@@ -94,7 +116,7 @@ class Minimiser:
         found = self.problem.evaluate(point, window)
         if found is None:
             return None
-        scales = self._scales(point)
+        scales = self.scales(point)
         cost, damping, grow, penalty = self.cost(found), _FIRST, 2.0, 0.0
         converged = False
         linear = None
@@ -173,7 +195,7 @@ class Minimiser:
         sequence of impacts, at which a search may have ended, the cost can be lower.
         """
         window, point = found.window, found.point
-        scales = self._scales(point)
+        scales = self.scales(point)
         linear = self.linear(found.evaluation, window, scales)
         if linear is None:
             return None
@@ -198,7 +220,7 @@ class Minimiser:
                 best, least = trial, self.cost(there)
         return best
 
-    def _scales(self, point: Point) -> Array:
+    def scales(self, point: Point) -> Array:
         """Return the units of steps: of the unknowns, and of the starts of segments."""
         return np.concatenate([self.problem.unknowns.scales, *[self.sizes] * len(point.nodes)])
 
@@ -260,15 +282,13 @@ class Minimiser:
         ).all()
         return linear if whole else None
 
-    def weighted_derivative(self, found: Found) -> tuple[Array, list[Array]] | None:
-        """Return the derivative of weighted residuals along the motions, by the unknowns alone.
-
-        Also the residuals in standard errors, record by record. Starts of segments are eliminated.
-        """
-        count = len(found.point.values)
-        scales = np.concatenate([np.ones(count), *[self.sizes] * len(found.point.nodes)])
-        linear = self.linear(found.evaluation, found.window, scales)
+    def along(self, found: Found) -> Along | None:
+        """Return the derivative along whole motions; None where it does not exist."""
+        linear = self.linear(found.evaluation, found.window, self.scales(found.point))
         if linear is None:
             return None
-        derivative = eliminated(linear.derivative, linear.constraint, count, len(self.sizes))
-        return derivative, self.weighted(found.evaluation)
+        weighted = self.weighted(found.evaluation)
+        if not len(linear.defects):
+            return Along(linear.derivative, np.eye(linear.derivative.shape[1]), weighted)
+        changes = null_space(linear.constraint)[2]
+        return Along(linear.derivative @ changes, changes, weighted)

@@ -146,16 +146,16 @@ class Search(Minimiser):
 
         None where these are those of the search, or would leave too few rows.
         """
-        derived = self.weighted_derivative(found)
+        derived = self.along(found)
         if derived is None:
             return None
-        derivative, _ = derived
         count = len(found.point.values)
         rows = sum(int(np.isfinite(sigma).sum()) for sigma in self.sigmas)
         size = max(1.0, 2.0 * found.cost / max(1, rows - count))
-        scales = self.problem.unknowns.scales
-        covariance = determination(derivative, scales, size).covariance
-        sigmas = without_edges(self.problem, found.point, found.window, self.base, covariance)
+        own, changes = self.problem.unknowns.scales, derived.changes
+        spread = determination(derived.derivative, changes[:count], own, size).spread
+        deviations = self.scales(found.point)[:, None] * (changes @ spread)
+        sigmas = without_edges(self.problem, found.point, found.window, self.base, deviations)
         same = all(np.array_equal(a, b) for a, b in zip(sigmas, self.sigmas, strict=True))
         counting = sum(int(np.isfinite(sigma).sum()) for sigma in sigmas)
         return None if same or counting <= count else sigmas

@@ -45,13 +45,11 @@ def estimated(search: Search, found: Found, sigmas: Sequence[Array]) -> list[Arr
     records = search.problem.records
     if all(record.sigma is not None for record in records):
         return None
-    derived = search.weighted_derivative(found)
+    derived = search.along(found)
     if derived is None:
         return None
-    derivative, weighted = derived
-    basis, singular, _ = np.linalg.svd(
-        derivative * search.problem.unknowns.scales, full_matrices=False
-    )
+    weighted = derived.weighted
+    basis, singular, _ = np.linalg.svd(derived.derivative, full_matrices=False)
     basis = basis[:, singular > 1e-10 * singular[0]]
     leverages = np.split((basis**2).sum(axis=1), np.cumsum([len(z) for z in weighted])[:-1])
     better = []

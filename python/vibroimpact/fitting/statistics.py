@@ -26,6 +26,8 @@ _MOST_LAGS, _PART = 10, 5
 _OUTLIER = 3.0
 # Singular values below this part of the largest are rounding.
 _ROUNDING = 1e-10
+# A part of a combination that is smaller is rounding.
+_PART_OF_ONE = 1e-6
 # A derivative so small, in units of sizes per standard error, is none.
 _NOTHING = 1e-30
 
@@ -113,36 +115,52 @@ class Determination:
         Combinations that the record does not determine: rows, in units of the scales, of length 1.
     open_errors
         Their standard errors in units of the scales; infinite where all is rounding.
+    spread
+        Independent deviations of one standard error, as sums of the changes: columns.
     """
 
     covariance: Array
     errors: Array
     open: Array
     open_errors: Array
+    spread: Array
 
 
-def determination(derivative: Array, scales: Array, variance: float) -> Determination:
+def determination(
+    derivative: Array, changes: Array, scales: Array, variance: float
+) -> Determination:
     """Return what is determined by residuals of unit variance, whose derivative is (n, k).
 
+    It is that by k ``changes`` of the unknowns, whose columns are in units of the scales.
     ``scales`` are the sizes of the unknowns: a combination whose standard error is larger than 1 in
     these units is not determined. ``variance`` multiplies the covariance.
     """
     k = derivative.shape[1]
-    scaled = derivative * scales
-    if len(scaled) < k:
-        scaled = np.vstack([scaled, np.zeros((k - len(scaled), k))])
-    _, singular, rows = np.linalg.svd(scaled, full_matrices=False)
+    if len(derivative) < k:
+        derivative = np.vstack([derivative, np.zeros((k - len(derivative), k))])
+    _, singular, rows = np.linalg.svd(derivative, full_matrices=False)
     floor = max(float(singular[0]) * _ROUNDING, _NOTHING)
     lost = singular <= floor
-    spread = math.sqrt(variance) / np.where(lost, floor, singular)
-    factor = (rows.T * spread) * scales[:, None]
+    deviations = math.sqrt(variance) / np.where(lost, floor, singular)
+    spread = rows.T * deviations
+    directions = changes @ rows.T
+    factor = (changes @ spread) * scales[:, None]
     covariance = factor @ factor.T
     errors = np.sqrt(np.diag(covariance))
     # A combination counts as a part of an unknown where rounding has not made its coefficient.
-    taken = (np.abs(rows[lost]) > 1e-6).any(axis=0)
+    taken = (np.abs(directions[:, lost]) > _PART_OF_ONE).any(axis=1)
     errors = np.where(taken, np.inf, errors)
-    bad = lost | (spread > 1.0)
-    return Determination(covariance, errors, rows[bad], np.where(lost, np.inf, spread)[bad])
+    # Of what is not lost the axes of the ellipsoid of errors, of the rest the directions.
+    axes, sizes, _ = np.linalg.svd((directions * deviations)[:, ~lost], full_matrices=False)
+    nothing, length, _ = np.linalg.svd(directions[:, lost], full_matrices=False)
+    bad, known = sizes > 1.0, length > _PART_OF_ONE
+    return Determination(
+        covariance,
+        errors,
+        np.vstack([axes[:, bad].T, nothing[:, known].T]),
+        np.concatenate([sizes[bad], np.full(int(known.sum()), np.inf)]),
+        spread,
+    )
 
 
 # Losses: weights of rows in the least squares, as functions of z = residual/sigma.

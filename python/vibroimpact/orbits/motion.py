@@ -4,8 +4,8 @@ A motion is a sequence of legs (flights to an impact in a given regime, chatter,
 the nodes at which they start; both come from the kernels in the compiled core (`_core.Itinerary`).
 An algebraic solution of the conditions of periodicity is a motion only if it is *admissible*: the
 bodies approach before each impact, do not overlap in between, and every leg ends in the event that
-belongs to it (theory page, section 8). Its Floquet multipliers are the eigenvalues of the
-derivative of the return map (section 7).
+belongs to it (orbits page). Its Floquet multipliers are the eigenvalues of the
+derivative of the return map (theory page, section 7).
 """
 
 from __future__ import annotations

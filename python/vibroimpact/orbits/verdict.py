@@ -1,7 +1,7 @@
 """The verdict on a solution of the conditions of periodicity: is it a motion, is it stable.
 
 The verdict itself is the core's (src/analysis/shooting/verdict.rs): first every condition of its
-legs, then a simulation over one orbit (theory page, section 8). Here a solution is brought into
+legs, then a simulation over one orbit (orbits page). Here a solution is brought into
 its first form, and its multipliers are computed.
 """
 

@@ -1,7 +1,7 @@
 r"""One periodic motion: phase portraits of both bodies, and the contact faces over one orbit.
 
 Unlike the figures of runs these are drawn from the solution itself, so that they can show an
-unstable motion, and a solution that is not admissible (theory page, section 8).
+unstable motion, and a solution that is not admissible (orbits page).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """All period n-1 motions of a system without friction: n drive periods, one impact.
 
-theory page, section 8. Every solution of (35) in x1 (in `curved_search` of (x1, u), if the
+Orbits page. Every solution of (35) in x1 (in `curved_search` of (x1, u), if the
 restitution depends on the approach velocity u) is isolated by intervals, made exact to rounding by
 Newton's method on the conditions of periodicity, and given its verdict.
 """

@@ -1,6 +1,6 @@
 //! Is a solution of the conditions of periodicity a motion of its system? First every condition of
 //! its legs, then a simulation over one orbit, whose contact search has a guarantee, and which must
-//! pass the same events and come back (docs/theory.md, section 8).
+//! pass the same events and come back (docs/orbits.md).
 
 use std::fmt;
 
