@@ -10,12 +10,15 @@ use super::follow::{Follower, Step};
 use super::legs::RepeatedLegs;
 use super::marks::OneSided;
 use super::source::{Alike, Passed, Source};
-use super::table::{BASIS, Cycles, Growing, Sums, first_not};
+use super::table::{Cycles, Growing, first_not};
 use crate::model::state::Clock;
+
+/// Components of a state: by each, a column of the basis.
+const COMPONENTS: usize = 4;
 
 /// Columns from those of the basis and the own parts, by the columns at the start.
 fn mapped<'a>(shown: &'a [Column], start: &'a [Column]) -> impl Iterator<Item = Column> + 'a {
-    let (basis, own) = shown.split_at(BASIS);
+    let (basis, own) = shown.split_at(COMPONENTS);
     let sum = |(own, column): (&Column, &Column)| {
         std::array::from_fn(|i| {
             let parts = basis.iter().zip(column).map(|(basis, part)| basis[i] * part);
@@ -43,10 +46,10 @@ impl Follower<'_> {
         }
         let times = if matches!(step, Step::Goes) { source.pass(alike) } else { 0 };
         let mut here = std::mem::take(&mut self.leg.here.columns);
-        let mut starts = here.to_vec();
+        let mut starts = here.as_flattened().to_vec();
         for _ in 0..times {
             here = mapped(&one.leg.here.columns, &here).collect();
-            starts.extend_from_slice(&here);
+            starts.extend_from_slice(here.as_flattened());
         }
         self.repeat(&mut one, &Arc::new(starts), alike.periods);
         if let Step::Ends(columns) = step {
@@ -59,11 +62,11 @@ impl Follower<'_> {
 
     /// Takes the events of cycles of so many drive periods each, one of which was followed, from these
     /// columns at their starts.
-    fn repeat(&mut self, one: &mut Follower, starts: &Arc<Vec<Column>>, periods: i64) {
+    fn repeat(&mut self, one: &mut Follower, starts: &Arc<Vec<f64>>, periods: i64) {
         let drive = &self.of.model.motion.drive;
         let Some(instants) = one.instants.take() else { return };
         let k = self.of.by.len();
-        let cycles = starts.len() / k;
+        let cycles = starts.len() / (COMPONENTS * k);
         let later = |cycle: usize| cycle as i64 * periods;
         // Of things that come so many times in each cycle, one after the other: the first that is not so.
         let first_not = |count: usize, is: &dyn Fn(usize, i64) -> bool| {
@@ -96,17 +99,13 @@ impl Follower<'_> {
                 (clock.period, drive.time(clock))
             }));
         }
-        let table = |of: &[f64], rows: Range<usize>| Cycles {
-            one: Arc::new(Sums::new(of, k)),
-            starts: Arc::clone(starts),
-            rows,
-            growing: None,
-        };
+        let table =
+            |of: &[f64], rows: Range<usize>| Cycles::new(of, (COMPONENTS, k), starts).among(rows);
         let all = impacts * cycles;
-        let growing =
-            self.of.late().map(|column| Growing { column, periods, rate: self.of.period_rate() });
+        let rates = |column| vec![(column, self.of.period_rate())];
+        let growing = self.of.late().map(|column| Growing { periods, rates: rates(column) });
         let times = table(one.rows.times.followed(), first..all);
-        rows.times.repeat(Cycles { growing, ..times });
+        rows.times.repeat(times.growing(growing));
         rows.before.repeat(table(one.rows.before.followed(), 4 * first..4 * all));
         rows.after.repeat(table(one.rows.after.followed(), 4 * first..4 * all));
 

@@ -9,7 +9,6 @@ use super::structure_follower::{Follower, Rows, Turn};
 use super::structure_kept::Kept;
 use super::structure_legs::{StructureLegs, tell};
 use super::structure_source::Source;
-use super::table::SensitivityTable;
 use super::{Place, Sensitivity, check_names};
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState, Variation};
@@ -141,10 +140,10 @@ pub fn structure_sensitivity(
     tell(&final_state, &mut last);
     Ok(Sensitivity {
         names,
-        times: SensitivityTable::from(rows.times).without_first(k * more),
-        before: SensitivityTable::from(rows.before).without_first(2 * count * k * more),
-        after: SensitivityTable::from(rows.after).without_first(2 * count * k * more),
-        stroboscopic: rows.stroboscopic.into(),
+        times: rows.times.without_first(k * more),
+        before: rows.before.without_first(2 * count * k * more),
+        after: rows.after.without_first(2 * count * k * more),
+        stroboscopic: rows.stroboscopic,
         final_state: last,
         one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
         until,

@@ -2,15 +2,17 @@
 //!
 //! One cycle is followed with perturbations of its start beside: all that is told of it, and the
 //! derivatives D at its end, are then linear in those at its start, D -> M D + b. The other cycles follow
-//! from this, as the run copies its records.
+//! from this, as the run copies its records; tables write their rows when they are read (table.rs).
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, RowDVector};
+use nalgebra::DMatrix;
 
+use super::marks::OneSided;
 use super::structure_follower::{Follower, Rows, Turn};
 use super::structure_legs::{Cycled, Cycles, From, SensitiveLeg};
 use super::structure_source::{Alike, Source};
+use super::table::{self, Growing, SensitivityTable};
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, Variation};
 use crate::simulate::AnchorOf;
@@ -108,23 +110,33 @@ impl Follower<'_> {
         (times, periods): (i64, i64),
     ) {
         let shape @ (count, width) = self.derivatives.columns().shape();
-        let shown = Shown::new(rows, shape);
-        let drive = *self.of.drive();
         let mut starts = Vec::new();
-        for time in 0..=times {
-            let later = time * periods;
-            let start = self.derivatives.columns().clone();
-            let after = (later, drive.period.hi * later as f64);
-            self.rows.take_cycle(&shown, &start, after, self.of.later(later).as_ref());
-            let by_start = map.columns(0, count) * &start;
-            *self.derivatives.columns_mut() = by_start + map.columns(count, width);
-            starts.push(start);
+        for _ in 0..=times {
+            let start = self.derivatives.columns();
+            starts.extend_from_slice(start.as_slice());
+            let next = map.columns(0, count) * start + map.columns(count, width);
+            *self.derivatives.columns_mut() = next;
+        }
+        let starts = Arc::new(starts);
+        let table = |of: &SensitivityTable| table::Cycles::new(of.followed(), shape, &starts);
+        let all = &mut self.rows;
+        let growing = self.of.later(1).map(|later| {
+            let rates = later.iter().copied().enumerate().filter(|&(_, rate)| rate != 0.0);
+            Growing { periods, rates: rates.collect() }
+        });
+        all.times.repeat(table(&rows.times).growing(growing));
+        all.before.repeat(table(&rows.before));
+        all.after.repeat(table(&rows.after));
+        all.stroboscopic.repeat(table(&rows.stroboscopic));
+        let drive = self.of.drive();
+        for later in (0..=times).map(|time| time * periods) {
+            all.take_cycle(&rows, (later, drive.period.hi * later as f64));
         }
         let Some(&SensitiveLeg { time, clock, .. }) = legs.first() else { return };
         if self.legs.last().is_some_and(|last| last.clock == clock) {
             self.legs.pop();
         }
-        let of = Arc::new(Cycles { legs, unit, periods, starts });
+        let of = Arc::new(Cycles { legs, unit, periods, starts, shape });
         let from = From::Cycled(Cycled { of, cycle: 0, place: 0 });
         self.legs.push(SensitiveLeg { time, clock, from });
     }
@@ -137,61 +149,11 @@ fn later(anchor: &AnchorOf<Structure>, periods: i64) -> AnchorOf<Structure> {
     anchor
 }
 
-/// What one cycle has shown of all of them.
-struct Shown {
-    rows: Rows,
-    times: Sums,
-    before: Sums,
-    after: Sums,
-    stroboscopic: Sums,
-}
-
-/// A table whose rows are sums: of each column the own part, and of those at the start of the cycle this
-/// much.
-struct Sums {
-    width: usize,
-    /// By each column of the start, a number for each row.
-    by_start: Vec<Vec<f64>>,
-    /// A number for each column in each row.
-    own: Vec<f64>,
-}
-
-impl Shown {
-    /// From the rows of one cycle with derivatives by its start, and by so many numbers.
-    fn new(mut rows: Rows, shape: (usize, usize)) -> Self {
-        let sums = |table: &mut Vec<f64>| Sums::new(&std::mem::take(table), shape);
-        Self {
-            times: sums(&mut rows.times),
-            before: sums(&mut rows.before),
-            after: sums(&mut rows.after),
-            stroboscopic: sums(&mut rows.stroboscopic),
-            rows,
-        }
-    }
-}
-
 impl Rows {
-    /// What is told of a cycle, from the derivatives at its start.
-    fn take_cycle(
-        &mut self,
-        shown: &Shown,
-        start: &DMatrix<f64>,
-        (periods, time): (i64, f64),
-        later: Option<&RowDVector<f64>>,
-    ) {
-        let from = self.times.len();
-        shown.times.add(start, &mut self.times);
-        if let Some(later) = later {
-            for row in self.times[from..].chunks_exact_mut(start.ncols()) {
-                row.iter_mut().zip(later.iter()).for_each(|(x, later)| *x += later);
-            }
-        }
-        shown.before.add(start, &mut self.before);
-        shown.after.add(start, &mut self.after);
-        shown.stroboscopic.add(start, &mut self.stroboscopic);
-        let one = &shown.rows;
+    /// What is told of a cycle beside the tables, so much later than of the first.
+    fn take_cycle(&mut self, one: &Rows, (periods, time): (i64, f64)) {
         self.impacts.extend(one.impacts.iter().map(|&(period, at)| (period + periods, at + time)));
-        self.one_sided.extend(one.one_sided.iter().map(|at| super::marks::OneSided {
+        self.one_sided.extend(one.one_sided.iter().map(|at| OneSided {
             index: at.index + self.events,
             time: at.time + time,
             ..*at
@@ -200,32 +162,6 @@ impl Rows {
         self.earlier += one.earlier;
         let chatter = one.chatter.map(|at| Clock { period: at.period + periods, ..at });
         self.chatter = chatter.or(self.chatter);
-    }
-}
-
-impl Sums {
-    /// Of rows by the start, and by so many numbers.
-    fn new(table: &[f64], (count, width): (usize, usize)) -> Self {
-        let rows = || table.chunks_exact(count + width);
-        let by_start = (0..count).map(|j| rows().map(|row| row[j]).collect()).collect();
-        let own = rows().flat_map(|row| &row[count..]).copied().collect();
-        Self { width, by_start, own }
-    }
-
-    /// Appends the rows from derivatives of the start.
-    fn add(&self, start: &DMatrix<f64>, to: &mut Vec<f64>) {
-        let first = to.len();
-        to.extend_from_slice(&self.own);
-        let to = &mut to[first..];
-        for (of_start, row) in self.by_start.iter().zip(start.row_iter()) {
-            if let [number] = *row.transpose().as_slice() {
-                to.iter_mut().zip(of_start).for_each(|(x, by)| *x += by * number);
-                continue;
-            }
-            for (to, by) in to.chunks_exact_mut(self.width).zip(of_start) {
-                to.iter_mut().zip(row.iter()).for_each(|(x, number)| *x += by * number);
-            }
-        }
     }
 }
 

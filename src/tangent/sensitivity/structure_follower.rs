@@ -9,6 +9,7 @@ use super::error::SensitivityError;
 use super::marks::{OneSided, OneSidedReason};
 use super::structure_legs::{From, SensitiveLeg, tell};
 use super::structure_source::Source;
+use super::table::SensitivityTable;
 use crate::model::state::Clock;
 use crate::simulate::ModelEvent;
 use crate::simulate::event::StopReason;
@@ -23,10 +24,10 @@ const SHORT_FLIGHT: i64 = 16;
 pub(super) struct Rows {
     /// Drive period and time of the impacts.
     pub impacts: Vec<(i64, f64)>,
-    pub times: Vec<f64>,
-    pub before: Vec<f64>,
-    pub after: Vec<f64>,
-    pub stroboscopic: Vec<f64>,
+    pub times: SensitivityTable,
+    pub before: SensitivityTable,
+    pub after: SensitivityTable,
+    pub stroboscopic: SensitivityTable,
     pub one_sided: Vec<OneSided>,
     pub events: i64,
     pub earlier: i64,
@@ -174,8 +175,8 @@ impl Follower<'_> {
         let rows = &mut self.rows;
         rows.impacts.push((impact.clock.period, impact.time));
         match self.of.later(impact.clock.period) {
-            Some(later) => rows.times.extend((delay + later).iter()),
-            None => rows.times.extend(delay.iter()),
+            Some(later) => rows.times.extend((delay + later).iter().copied()),
+            None => rows.times.extend(delay.iter().copied()),
         }
         tell(&before, &mut rows.before);
         tell(&after, &mut rows.after);

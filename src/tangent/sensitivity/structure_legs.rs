@@ -31,8 +31,9 @@ pub(super) struct Cycles {
     pub unit: Perturbed,
     /// Drive periods of each.
     pub periods: i64,
-    /// Derivatives at the start of each.
-    pub starts: Vec<DMatrix<f64>>,
+    /// Derivatives at the start of each, of this shape.
+    pub starts: Arc<Vec<f64>>,
+    pub shape: (usize, usize),
 }
 
 /// A leg of one of them.
@@ -60,8 +61,9 @@ impl Cycled {
     /// The one of all these at a time.
     fn at_time(&self, drive: &Drive, time: f64) -> Self {
         let of = |cycle: usize, place: usize| Self { of: Arc::clone(&self.of), cycle, place };
+        let (count, by) = self.of.shape;
         let begins = |cycle: usize, place: usize| drive.time(of(cycle, place).clock()) <= time;
-        let cycle = last(self.of.starts.len(), |cycle| begins(cycle, 0));
+        let cycle = last(self.of.starts.len() / (count * by), |cycle| begins(cycle, 0));
         of(cycle, last(self.of.legs.len(), |place| begins(cycle, place)))
     }
 
@@ -75,10 +77,10 @@ impl Cycled {
             From::Any(from, _) => Cow::Borrowed(&from.1),
             From::Cycled(of) => Cow::Owned(of.begin(&self.of.unit)),
         };
-        let start = &self.of.starts[self.cycle];
-        let (count, by) = start.shape();
+        let (count, by) = self.of.shape;
+        let start = &self.of.starts[self.cycle * count * by..][..count * by];
         let mut all = DMatrix::zeros(count + by, by);
-        all.rows_mut(0, count).copy_from(start);
+        all.rows_mut(0, count).copy_from_slice(start);
         all.rows_mut(count, by).fill_with_identity();
         there.combined(blank, &all, self.periods())
     }
@@ -270,13 +272,13 @@ struct Present {
 }
 
 /// Appends the rows of a matrix.
-pub(super) fn tell(columns: &DMatrix<f64>, rows: &mut Vec<f64>) {
+pub(super) fn tell(columns: &DMatrix<f64>, rows: &mut impl Extend<f64>) {
     let (count, all) = (columns.nrows(), columns.as_slice());
     if columns.ncols() == 1 {
-        rows.extend_from_slice(all);
+        rows.extend(all.iter().copied());
         return;
     }
     for i in 0..count {
-        rows.extend(all.iter().skip(i).step_by(count));
+        rows.extend(all.iter().skip(i).step_by(count).copied());
     }
 }

@@ -7,11 +7,10 @@ use std::sync::{Arc, OnceLock};
 
 use pulp::NullaryFnOnce;
 
-use super::columns::Column;
 use crate::numerics::lanes::narrow;
 
-/// Columns that all others of the start of a cycle are sums of.
-pub(super) const BASIS: usize = 4;
+/// Components of the start that are summed at once.
+const TOGETHER: usize = 4;
 
 /// A table of derivatives, row by row: a slice of numbers, as a vector is. Rows of cycles that come again
 /// are worked out when the slice is first asked for; [`Self::write`] works them out to elsewhere.
@@ -36,29 +35,30 @@ struct Repeated {
 /// Rows of cycles, one cycle after the other.
 #[derive(Clone)]
 pub(super) struct Cycles {
-    pub one: Arc<Sums>,
+    one: Arc<Sums>,
     /// The columns at the start of each cycle, one cycle after the other.
-    pub starts: Arc<Vec<Column>>,
+    starts: Arc<Vec<f64>>,
     /// Which of their rows.
     pub rows: Range<usize>,
-    /// What a column has more in each cycle than in the one before.
-    pub growing: Option<Growing>,
+    /// What columns have more in each cycle than in the one before.
+    growing: Option<Growing>,
 }
 
-/// A column that grows with the drive periods: those of a cycle, and how much with each.
-#[derive(Clone, Copy)]
+/// Columns that grow with the drive periods: those of a cycle, and how much with each.
+#[derive(Clone)]
 pub(super) struct Growing {
-    pub column: usize,
     pub periods: i64,
-    pub rate: f64,
+    /// By column.
+    pub rates: Vec<(usize, f64)>,
 }
 
 /// A table of a cycle whose rows are sums: of each column the own part, and of those at the start of
 /// the cycle this much.
-pub(super) struct Sums {
-    width: usize,
-    /// By the four columns of the basis, a number for each row.
-    basis: [Vec<f64>; BASIS],
+struct Sums {
+    /// Components of a column at the start, and columns.
+    shape: (usize, usize),
+    /// By each component, a number for each row; zeros make up whole parts of those summed at once.
+    basis: Vec<Vec<f64>>,
     /// A number for each column in each row.
     own: Vec<f64>,
 }
@@ -174,9 +174,31 @@ impl Extend<f64> for SensitivityTable {
 }
 
 impl Cycles {
+    /// All rows of cycles with these columns at their starts, from the table of one of them, which has columns
+    /// by the components of its start before the others.
+    pub fn new(
+        table: &[f64],
+        shape @ (components, width): (usize, usize),
+        starts: &Arc<Vec<f64>>,
+    ) -> Self {
+        let (one, starts) = (Arc::new(Sums::new(table, shape)), Arc::clone(starts));
+        let rows = 0..one.rows() * (starts.len() / (components * width));
+        Self { one, starts, rows, growing: None }
+    }
+
+    /// Some of these rows.
+    pub fn among(self, rows: Range<usize>) -> Self {
+        Self { rows, ..self }
+    }
+
+    /// With columns that grow.
+    pub fn growing(self, growing: Option<Growing>) -> Self {
+        Self { growing, ..self }
+    }
+
     /// How many numbers there are.
     fn len(&self) -> usize {
-        self.rows.len() * self.one.width
+        self.rows.len() * self.one.shape.1
     }
 
     fn write(&self, to: &mut [f64]) {
@@ -186,17 +208,19 @@ impl Cycles {
     /// Writes some of the rows.
     pub fn write_rows(&self, rows: Range<usize>, to: &mut [f64]) {
         let Self { one, starts, growing, .. } = self;
-        let (count, width) = (one.rows(), one.width);
+        let (count, (components, width)) = (one.rows(), one.shape);
         let (mut row, mut rest) = (rows.start, to);
         while row < rows.end {
             let (cycle, first) = (row / count, row % count);
             let last = count.min(first + rows.end - row);
             let (these, after) = rest.split_at_mut((last - first) * width);
-            let start = &starts[cycle * width..][..width];
+            let start = &starts[cycle * components * width..][..components * width];
             narrow(Write { sums: one, start, rows: first..last, to: &mut *these });
-            if let &Some(Growing { column, periods, rate }) = growing {
-                let more = (cycle as i64 * periods) as f64 * rate;
-                these.iter_mut().skip(column).step_by(width).for_each(|number| *number += more);
+            if let Some(Growing { periods, rates }) = growing {
+                for &(column, rate) in rates {
+                    let more = (cycle as i64 * periods) as f64 * rate;
+                    these.iter_mut().skip(column).step_by(width).for_each(|number| *number += more);
+                }
             }
             (row, rest) = (row + last - first, after);
         }
@@ -204,18 +228,19 @@ impl Cycles {
 }
 
 impl Sums {
-    /// Of a table with the columns of the basis before the others.
-    pub fn new(table: &[f64], width: usize) -> Self {
-        let rows = || table.chunks_exact(BASIS + width);
+    /// Of a table with columns by the components of the start before the others.
+    fn new(table: &[f64], shape @ (components, width): (usize, usize)) -> Self {
+        let rows = || table.chunks_exact(components + width);
+        let by = |j: usize| rows().map(|row| if j < components { row[j] } else { 0.0 }).collect();
         Self {
-            width,
-            basis: std::array::from_fn(|j| rows().map(|row| row[j]).collect()),
-            own: rows().flat_map(|row| &row[BASIS..]).copied().collect(),
+            shape,
+            basis: (0..components.next_multiple_of(TOGETHER)).map(by).collect(),
+            own: rows().flat_map(|row| &row[components..]).copied().collect(),
         }
     }
 
-    pub fn rows(&self) -> usize {
-        self.basis[0].len()
+    fn rows(&self) -> usize {
+        self.basis.first().map_or(0, Vec::len)
     }
 }
 
@@ -237,7 +262,7 @@ pub(super) fn first_not(range: Range<usize>, holds: impl Fn(usize) -> bool) -> u
 /// Writes some rows of sums.
 struct Write<'a> {
     sums: &'a Sums,
-    start: &'a [Column],
+    start: &'a [f64],
     rows: Range<usize>,
     to: &'a mut [f64],
 }
@@ -248,28 +273,33 @@ impl NullaryFnOnce for Write<'_> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // compiled for several instruction sets
     fn call(self) {
-        let Self { sums: &Sums { width, ref basis, ref own }, start, rows, to } = self;
-        let [a, b, c, d] = basis.each_ref().map(|part| &part[rows.clone()]);
-        let own = &own[rows.start * width..rows.end * width];
-        let parts = a.iter().zip(b).zip(c).zip(d);
-        if let &[[p, q, r, s]] = start {
-            // Along the rows.
-            for (((((a, b), c), d), own), to) in parts.zip(own).zip(to) {
-                *to = own + (a * p + b * q + (c * r + d * s));
+        let Self { sums: Sums { shape: (components, width), basis, own }, start, rows, to } = self;
+        let (components, width) = (*components, *width);
+        to.copy_from_slice(&own[rows.start * width..rows.end * width]);
+        for (place, basis) in basis.chunks_exact(TOGETHER).enumerate() {
+            let of_start = |column: usize, i: usize| {
+                let component = TOGETHER * place + i;
+                if component < components { start[column * components + component] } else { 0.0 }
+            };
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| &basis[i][rows.clone()]);
+            let parts = a.iter().zip(b).zip(c).zip(d);
+            if width == 1 {
+                // Along the rows.
+                let [p, q, r, s] = [0, 1, 2, 3].map(|i| of_start(0, i));
+                for ((((a, b), c), d), to) in parts.zip(&mut *to) {
+                    *to += a * p + b * q + (c * r + d * s);
+                }
+                continue;
             }
-            return;
-        }
-        // Along the columns, a component of all of them after the other.
-        let mut components = [const { Vec::new() }; BASIS];
-        for (j, component) in components.iter_mut().enumerate() {
-            component.extend(start.iter().map(|column| column[j]));
-        }
-        let [p, q, r, s] = &components;
-        let tables = own.chunks_exact(width).zip(to.chunks_exact_mut(width));
-        for ((((a, b), c), d), (own, to)) in parts.zip(tables) {
-            let starts = p.iter().zip(q).zip(r).zip(s);
-            for ((((p, q), r), s), (own, to)) in starts.zip(own.iter().zip(to)) {
-                *to = own + (a * p + b * q + (c * r + d * s));
+            // Along the columns, a component of all of them after the other.
+            let components = [0, 1, 2, 3]
+                .map(|i| (0..width).map(|column| of_start(column, i)).collect::<Vec<f64>>());
+            let [p, q, r, s] = &components;
+            for ((((a, b), c), d), to) in parts.zip(to.chunks_exact_mut(width)) {
+                let starts = p.iter().zip(q).zip(r).zip(s);
+                for ((((p, q), r), s), to) in starts.zip(to) {
+                    *to += a * p + b * q + (c * r + d * s);
+                }
             }
         }
     }
