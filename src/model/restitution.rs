@@ -86,6 +86,14 @@ impl Knots {
         let (low, high) = (speeds[above - 1], speeds[above]);
         (above - 1, Some((u - low) / (high - low)))
     }
+
+    /// The slope between a knot and the one below; beyond the ends 0.
+    fn slope_below(&self, knot: usize) -> f64 {
+        if knot == 0 || knot == self.count {
+            return 0.0;
+        }
+        (self.values[knot] - self.values[knot - 1]) / (self.speeds[knot] - self.speeds[knot - 1])
+    }
 }
 
 /// A coefficient of restitution at an approach velocity.
@@ -254,7 +262,8 @@ impl RestitutionCurve {
     pub(crate) fn is_at_knot(&self, u: f64) -> bool {
         let near = |speed: f64| (u - speed).abs() <= AT_KNOT * speed;
         match self {
-            Self::Table(knots) => knots.speeds().iter().any(|&speed| near(speed)),
+            Self::Table(knots) => (0..knots.count)
+                .any(|i| near(knots.speeds[i]) && knots.slope_below(i) != knots.slope_below(i + 1)),
             Self::PowerLaw { least_speed, .. } => near(*least_speed),
         }
     }
@@ -405,6 +414,9 @@ mod tests {
         assert_eq!((table.constant_to(), law.constant_to()), (0.1, 0.2));
         assert_eq!([0.0, 0.2].map(|u| law.at(u)), [0.8, 0.8]);
         assert!(table.is_at_knot(0.4) && law.is_at_knot(0.2) && !table.is_at_knot(0.41));
+        // Where the slope does not jump there is no border.
+        let flat = RestitutionCurve::table(&[1.0, 2.0, 4.0], &[0.8, 0.8, 0.6]).unwrap();
+        assert_eq!([1.0, 2.0, 4.0].map(|u| flat.is_at_knot(u)), [false, true, true]);
     }
 
     #[test]

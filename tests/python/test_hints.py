@@ -317,6 +317,12 @@ def test_a_column_of_a_table_is_no_attribute_of_what_has_the_table(name, attribu
         getattr(made[name](), attribute)
 
 
+@pytest.mark.parametrize(("name", "meant"), [("gapp", "gap"), ("omega", "drive_frequency")])
+def test_what_a_run_cannot_be_differentiated_by_is_answered_by_what_it_can(name, meant):
+    with pytest.raises(vi.ParameterError, match=f"did you mean {meant}\\?"):
+        RUN.sensitivity(name)
+
+
 def test_derivatives_of_impacts_are_no_table():
     with pytest.raises(AttributeError, match=r"no attribute 'x1'$"):
         RUN.sensitivity("gap").x1  # noqa: B018

@@ -123,6 +123,23 @@ def test_derivatives_of_a_run(curve, friction):
         assert np.abs(found.final_state[:, place] - slope).max() < 1e-6 * size, name
 
 
+def test_an_impact_at_a_knot_without_a_jump_of_the_slope_is_not_marked():
+    for values in ([0.8, 0.8, 0.8], [0.8, 0.8, 0.6]):
+        flat = vi.RestitutionTable([1.0, 2.0, 4.0], values)
+        ball = vi.System(
+            mass_ratio=0,
+            frequency_ratio=0,
+            restitution=flat,
+            gap=1,
+            drive_frequency=0,
+            contact="direct",
+        )
+        for speed in (1.0, 2.0):
+            found = vi.simulate(ball, initial=(0, speed, 0, 0), time=1.1).sensitivity("v1")
+            jumps = speed == 2.0 and values[2] != values[1]
+            assert [at.reason for at in found.one_sided] == ["restitution_knot"] * jumps
+
+
 def test_an_impact_at_a_knot_is_marked():
     ball = vi.System(
         mass_ratio=0,
