@@ -1,6 +1,7 @@
 //! What a motion is: periods and labels, Lyapunov exponents, periodic orbits by shooting, basins
 //! and sweeps over parameters.
 
+mod approach;
 pub mod basin;
 mod label;
 pub(crate) mod lyapunov;

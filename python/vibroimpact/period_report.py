@@ -19,13 +19,15 @@ class Evidence:
     ----------
     kind
         ``returned``: the sections return to within rounding. ``converging``: they approach each
-        other geometrically. ``growth_bounded``, ``growth_exponential``: no return, and a small
+        other geometrically, or the motion approaches an orbit that Newton's method has found, as
+        `text` says. ``growth_bounded``, ``growth_exponential``: no return, and a small
         perturbation grows no faster than a shear, or exponentially. ``undecided``: none of these.
     further
         Of ``returned`` and ``converging``: drive periods by which the motion was followed beyond
         the run to see it; 0 in the run itself.
     rate
-        Of ``converging``: the factor by which the sections' extent shrinks per drive period.
+        Of ``converging``: the factor by which the sections' extent, or the distance from the orbit,
+        shrinks per drive period.
     growth, growth_error, growth_periods
         Where it was measured, and the motion does not repeat: the mean logarithmic growth of a
         small perturbation per drive period, its standard error, and the periods it is taken over.

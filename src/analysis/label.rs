@@ -2,6 +2,7 @@
 //! perturbation says: chaotic if it grows, quasi-periodic if it does not, unresolved if neither is
 //! certain.
 
+mod attraction;
 mod following;
 mod sections;
 mod structure;
@@ -250,7 +251,10 @@ impl Run {
             return report.orbit.is_some().then_some(Lasting { report, later, orbit: None });
         };
         match orbit_beside(run, &report, cancel) {
-            Beside::Orbit(orbit) => return Some(Lasting { report, later, orbit: Some(*orbit) }),
+            Beside::Orbit(orbit) => {
+                let report = report.with_period(orbit.periods);
+                return Some(Lasting { report, later, orbit: Some(*orbit) });
+            }
             Beside::NoStart if run.contracts_like(&report, rate, cancel) => {
                 return Some(Lasting { report, later, orbit: None });
             }
@@ -258,9 +262,8 @@ impl Run {
         }
         let (found, last) = self.followed(report, None, |r| r.convergence().is_none(), cancel);
         let run = last.as_ref().unwrap_or(self);
-        if found.orbit.is_none()
-            || found.convergence().is_some() && run.contraction(&found, cancel).is_none()
-        {
+        found.orbit?;
+        if found.convergence().is_some_and(|rate| !run.contracts_like(&found, rate, cancel)) {
             return None;
         }
         let report = match &last {
@@ -290,8 +293,10 @@ impl Run {
                 .decided(Kind::QuasiPeriodic, Evidence::GrowthBounded(Growth::NONE)),
             Apart::Settles(decay) => {
                 let rate = (-decay * self.system.drive_period()).exp();
-                PeriodReport { orbit: Some((1, ImpactCount::Finite(0))), ..report }
-                    .decided(Kind::Periodic, Evidence::Converging { rate, further: 0 })
+                PeriodReport { orbit: Some((1, ImpactCount::Finite(0))), ..report }.decided(
+                    Kind::Periodic,
+                    Evidence::Converging { rate, further: 0, from_orbit: false },
+                )
             }
         }
     }

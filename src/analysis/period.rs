@@ -32,10 +32,27 @@ pub const CHATTERING: u32 = u32::MAX;
 
 /// Whether the last section has come back close to one before, so that it is worth while to look for
 /// a period of no more than a quarter of the sections.
-pub(crate) fn comes_back(sections: &[[f64; 4]]) -> bool {
+pub(crate) fn comes_back<P: Point>(sections: &[P]) -> bool {
     let Some((last, before)) = sections.split_last() else { return false };
-    let most = COME_BACK * last.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
+    let most = COME_BACK * last.zip(last, |x, _| x.abs()).largest().max(1.0);
     before.iter().rev().take(sections.len() / 4).any(|section| section.is_within(last, most))
+}
+
+/// Numbers of periods, at most `most`, after which the impacts repeat and the last section comes
+/// nearer to where it was than after any fewer such number.
+pub(crate) fn nearest_returns<P: Point>(sections: &[P], counts: &[u32], most: usize) -> Vec<usize> {
+    let Some((last, before)) = sections.split_last() else { return Vec::new() };
+    let matching = matching_counts(counts);
+    let mut nearest = f64::INFINITY;
+    let mut comes_nearer = |m: usize| {
+        let from = distance(last, &before[before.len() - m]);
+        let nearer = from < nearest;
+        nearest = nearest.min(from);
+        nearer
+    };
+    (1..=most.min(before.len()))
+        .filter(|&m| matching[m] == counts.len() - m && comes_nearer(m))
+        .collect()
 }
 
 /// Looks for a period in consecutive sections; `counts[k]` are the impacts in the drive period
@@ -165,7 +182,9 @@ fn detect_in<P: Point>(
             orbit: Some((m, n)),
             residual: residual(sections, m),
             evidence: match approach {
-                Some(Approach { rate, .. }) if !small => Evidence::Converging { rate, further: 0 },
+                Some(Approach { rate, .. }) if !small => {
+                    Evidence::Converging { rate, further: 0, from_orbit: false }
+                }
                 _ => Evidence::Returned { further: 0 },
             },
             kind: Kind::Periodic,
@@ -203,7 +222,8 @@ fn last_pairs<P>(sections: &[P], m: usize) -> impl Iterator<Item = (&P, &P)> {
     (kept - m - last..kept - m).rev().map(move |k| (&sections[k + m], &sections[k]))
 }
 
-fn residual<P: Point>(sections: &[P], m: usize) -> f64 {
+/// Largest |X(k + m) - X(k)| of these.
+pub(crate) fn residual<P: Point>(sections: &[P], m: usize) -> f64 {
     last_pairs(sections, m).map(|(a, b)| distance(a, b)).fold(0.0, f64::max)
 }
 

@@ -5,7 +5,10 @@ use nalgebra::{Matrix4, Vector4};
 
 use crate::analysis::lyapunov::{PerturbedMotion, largest_multiplier};
 use crate::analysis::period::{ImpactCount, PeriodReport};
-use crate::analysis::tolerances::{CLOSED_ORBIT, MOST_RETURN_STEPS, NEARLY_CLOSED, SETTLED_BEYOND};
+use crate::analysis::tolerances::{
+    CLOSED_ORBIT, MOST_RETURN_STEPS, NEARLY_CLOSED, RETURN_RTOL, SETTLED_BEYOND,
+};
+use crate::model::Point;
 use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::Horizon;
@@ -15,6 +18,8 @@ use crate::simulate::run::Run;
 pub(crate) struct Orbit {
     /// A run that ends on it.
     pub run: Run,
+    /// Its drive periods.
+    pub periods: u32,
     /// ln max|lambda|/(m T), and its change from the last point on the way to it.
     pub exponent: [f64; 2],
 }
@@ -62,9 +67,21 @@ pub(crate) fn orbit_beside(run: &Run, report: &PeriodReport, cancel: &CancelToke
                     (point - start).amax() * (1.0 - largest) <= SETTLED_BEYOND * report.residual;
                 let change = if before.is_nan() { 0.0 } else { (exponent - before).abs() };
                 let change = if exponent == before { 0.0 } else { change };
-                let orbit = Orbit { run: from, exponent: [exponent, change] };
-                let settles = largest < 1.0 && near && impacts == n;
-                return if settles { Beside::Orbit(Box::new(orbit)) } else { Beside::Nothing };
+                if !(largest < 1.0 && near && impacts == n) {
+                    return Beside::Nothing;
+                }
+                let away = SETTLED_BEYOND * (point - start).amax();
+                let closes = |part: &u32| {
+                    run.may_close(*part as usize, away)
+                        && return_map(&from, *part, cancel)
+                            .is_some_and(|found| (found.image - point).amax() <= RETURN_RTOL * size)
+                };
+                // One that takes its turns in alternation on either side (a multiplier near -1) looks
+                // like one of twice as many periods.
+                let mut parts = (1..=periods / 2).filter(|part| periods.is_multiple_of(*part));
+                let periods = parts.find(closes).unwrap_or(periods);
+                let orbit = Orbit { run: from, periods, exponent: [exponent, change] };
+                return Beside::Orbit(Box::new(orbit));
             }
             before = exponent;
         }
@@ -72,6 +89,18 @@ pub(crate) fn orbit_beside(run: &Run, report: &PeriodReport, cancel: &CancelToke
         point -= by;
     }
     Beside::Nothing
+}
+
+impl Run {
+    /// Whether the orbit from which the motion is so far away may close after so many periods: not if
+    /// the last sections are further apart.
+    fn may_close(&self, periods: usize, away: f64) -> bool {
+        let mut last = self.stroboscopic.iter().rev();
+        match (last.next(), last.nth(periods - 1)) {
+            (Some(last), Some(before)) => last.is_within(before, away),
+            _ => true,
+        }
+    }
 }
 
 /// What becomes of a state in some drive periods.

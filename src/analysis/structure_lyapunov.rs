@@ -7,6 +7,7 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::lyapunov::{HISTORY, standard_error};
+use crate::analysis::period::CHATTERING;
 use crate::analysis::tolerances::{
     ALIGNING_STEPS, ERROR_BLOCKS, LOST_LENGTH, MOST_CONTRACTION, MOST_CONTRACTION_STEPS,
     SHORTEST_MEASURED,
@@ -112,8 +113,40 @@ pub(crate) struct Measurement {
     asked: u32,
     done: u32,
     ends: Vec<End>,
+    /// The sections at the ends of the drive periods, if they are kept.
+    sections: Option<Sections>,
     /// Why there are no more of them.
     error: Option<StructureTangentError>,
+}
+
+/// States at the ends of drive periods, and the impacts in the period that ends at each, with those
+/// since the last one.
+#[derive(Default)]
+pub(crate) struct Sections {
+    pub states: Vec<StructureState>,
+    pub counts: Vec<u32>,
+}
+
+impl Sections {
+    fn count(&mut self, change: impl FnOnce(u32) -> u32) {
+        self.counts.resize(self.states.len() + 1, 0);
+        if let Some(count) = self.counts.last_mut() {
+            *count = change(*count);
+        }
+    }
+
+    fn take(&mut self, event: &StructureEvent) {
+        match event {
+            StructureEvent::Impact(_) => self.count(|count| count.saturating_add(1)),
+            StructureEvent::Chatter(_) => self.count(|_| CHATTERING),
+            _ => {}
+        }
+    }
+
+    fn end(&mut self, state: StructureState) {
+        self.count(|count| count);
+        self.states.push(state);
+    }
 }
 
 impl Measurement {
@@ -158,6 +191,7 @@ impl Measurement {
             asked: 0,
             done: 0,
             ends: Vec::new(),
+            sections: None,
             error: None,
         };
         measurement.orthonormalise();
@@ -180,6 +214,24 @@ impl Measurement {
                 Err(why) => self.error = Some(why),
             }
         }
+    }
+
+    /// Keeps the sections from here on, behind these.
+    pub fn keeping(self, sections: Sections) -> Self {
+        Self { sections: Some(sections), ..self }
+    }
+
+    /// Steps so far.
+    pub fn followed(&self) -> u32 {
+        self.done
+    }
+
+    /// The sections so far.
+    pub fn sections(&self) -> (&[StructureState], &[u32]) {
+        self.sections.as_ref().map_or((&[], &[]), |kept| {
+            let counts = &kept.counts[..kept.states.len().min(kept.counts.len())];
+            (&kept.states, counts)
+        })
     }
 
     /// Whether the motion could not be followed any further.
@@ -219,12 +271,21 @@ impl Measurement {
     fn advance_to(&mut self, horizon: Horizon) -> Result<bool, StructureTangentError> {
         self.simulation.extend_to(horizon);
         loop {
-            match self.perturbed.advance(&mut self.simulation)? {
+            let event = self.perturbed.advance(&mut self.simulation)?;
+            if let (Some(event), Some(sections)) = (&event, &mut self.sections) {
+                sections.take(event);
+            }
+            match event {
                 Some(StructureEvent::Impact(e)) => self.impacts[e.impact.stop] += 1,
                 Some(StructureEvent::Stop(stop)) if stop.reason == StopReason::TimeCap => {
                     return Err(StructureTangentError::Stopped(stop.reason));
                 }
-                Some(StructureEvent::Stop(_)) => break,
+                Some(StructureEvent::Stop(stop)) => {
+                    if let (Horizon::Periods(_), Some(sections)) = (horizon, &mut self.sections) {
+                        sections.end(stop.state);
+                    }
+                    break;
+                }
                 _ => {}
             }
         }

@@ -118,8 +118,7 @@ fn measured(
     let exponents = match measure {
         Measure::LargestExponent => vec![labelling.exponent(run, cancel)],
         Measure::Spectrum(periods) => {
-            let settled = labelling.later.as_ref().unwrap_or(run);
-            let (start, all) = (settled.final_state.state.clone(), 2 * run.system.coordinates());
+            let (start, all) = (labelling.settled.clone(), 2 * run.system.coordinates());
             match structure_lyapunov(&run.system, start, periods, all, None, cancel) {
                 Ok(found) => {
                     found.exponents.into_iter().zip(found.errors).map(|(x, e)| [x, e]).collect()

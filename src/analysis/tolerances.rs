@@ -49,6 +49,26 @@ pub const GROWTH_STEP: u32 = 8;
 /// by then. The growth is looked at again each time after half as many more.
 pub const FIRST_GROWTH_PERIODS: u32 = 96;
 
+/// Orbits that are looked for beside a motion that seems quasi-periodic: the periods after which it
+/// comes back nearest, and first the shortest of them.
+pub const ORBITS_TRIED: usize = 4;
+
+/// Fewest turns in which its distance from an orbit is followed: blocks of them have an error.
+pub const FEWEST_TURNS: usize = 2 * ERROR_BLOCKS;
+
+/// Multipliers, the largest, along whose eigenvectors the distance from an orbit is measured: what
+/// decays faster is gone by then.
+pub const DISTANCES: usize = 4;
+
+/// How far beside a multiplier, as part of it, inverse iteration looks for its eigenvector, and in how
+/// many steps: each takes ten digits off the others.
+pub const BESIDE_MULTIPLIER: f64 = 1e-10;
+pub const INVERSE_STEPS: usize = 3;
+
+/// A motion is attracted if its distance from an orbit shrinks by more than this part of what the
+/// multipliers say. Near a torus around the orbit it does not shrink, or slower and slower.
+pub const ATTRACTED_PART: f64 = 0.5;
+
 /// Longest measurement of a growth, in lengths of the run; and its bounds, in drive periods.
 pub const GROWTH_PER_RUN: u32 = 10;
 pub const LONGEST_GROWTH: (u32, u32) = (1_536, 24_576);

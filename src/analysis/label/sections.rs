@@ -59,6 +59,7 @@ impl<M: Recorded> Run<M> {
         let (shortest, longest) = CONVERGENCE_PERIODS;
         // A shorter window might not show a slow spiral that this one shows.
         let mut periods = shortest.max(later.as_ref().unwrap_or(self).kept_periods());
+        let longest = longest.max(periods);
         while report.orbit.is_some() && !arrived(&report) && periods <= longest {
             let run = later.as_ref().unwrap_or(self);
             let Some(next) = run.later(periods, run.options.section_phase, cancel) else { break };

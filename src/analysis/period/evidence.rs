@@ -4,6 +4,9 @@ use std::fmt;
 
 use crate::analysis::tolerances::{CERTAIN_GROWTH, NO_GROWTH_PERIODS, STEADY_GROWTH};
 
+/// A rate this close to 1 is shown by its distance from it: four decimals would hide it.
+const SLOW_RATE: f64 = 1e-3;
+
 /// Growth of a small perturbation along a motion (lyapunov.rs).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
@@ -91,12 +94,14 @@ pub enum Evidence {
         /// Drive periods by which the motion was followed beyond the run to see it; 0 in the run.
         further: i64,
     },
-    /// The sections draw together geometrically.
+    /// The sections draw together geometrically, or the motion comes nearer to an attracting orbit.
     Converging {
-        /// Factor by which their extent shrinks per drive period.
+        /// Factor by which their extent, or the distance, shrinks per drive period.
         rate: f64,
         /// As in `Returned`.
         further: i64,
+        /// Whether it is the distance from an orbit that Newton's method has found.
+        from_orbit: bool,
     },
     /// No return, and a small perturbation grows no faster than a shear.
     GrowthBounded(Growth),
@@ -260,7 +265,9 @@ impl Evidence {
     pub(crate) fn later(self, by: i64) -> Self {
         match self {
             Self::Returned { further } => Self::Returned { further: further + by },
-            Self::Converging { rate, further } => Self::Converging { rate, further: further + by },
+            Self::Converging { rate, further, from_orbit } => {
+                Self::Converging { rate, further: further + by, from_orbit }
+            }
             other => other,
         }
     }
@@ -280,8 +287,19 @@ impl fmt::Display for Evidence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Returned { .. } => write!(f, "the sections return")?,
-            Self::Converging { rate, .. } => {
-                write!(f, "the sections draw together by {rate:.4} per drive period")?;
+            Self::Converging { rate, from_orbit, .. } => {
+                f.write_str(if *from_orbit {
+                    "the motion comes nearer to the orbit beside it by "
+                } else {
+                    "the sections draw together by "
+                })?;
+                // A slow one must not look as if there were none.
+                if 1.0 - rate < SLOW_RATE {
+                    write!(f, "1 - {:.1e}", 1.0 - rate)?;
+                } else {
+                    write!(f, "{rate:.4}")?;
+                }
+                f.write_str(" per drive period")?;
             }
             Self::GrowthBounded(growth) => {
                 write!(f, "no return; perturbations do not grow: {growth}")?;

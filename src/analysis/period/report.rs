@@ -75,6 +75,16 @@ impl PeriodReport {
         self.undecided(WhyUndecided::Interrupted)
     }
 
+    /// The report on a motion of so many drive periods, a part of those that were seen to repeat.
+    pub(crate) fn with_period(self, periods: u32) -> Self {
+        let periods = periods as usize;
+        let part = |(m, n)| match n {
+            ImpactCount::Finite(n) => (periods, ImpactCount::Finite(n * periods / m)),
+            ImpactCount::Infinite => (periods, ImpactCount::Infinite),
+        };
+        Self { orbit: self.orbit.map(part), ..self }
+    }
+
     /// The report without its verdict.
     pub(crate) fn unresolved(self) -> Self {
         Self { orbit: None, kind: Kind::Unresolved, ..self }
