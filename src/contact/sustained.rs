@@ -15,7 +15,7 @@ mod slide;
 mod stick;
 
 pub(crate) use slide::{
-    ORDER, Series, SlideEnd, SlideSeries, SlideStep, SlideTerm, Sliding, product,
+    INVERSE, ORDER, Series, SlideEnd, SlideSeries, SlideStep, Sliding, product,
 };
 pub(crate) use stick::Stick;
 

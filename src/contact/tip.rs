@@ -4,8 +4,8 @@
 use std::f64::consts::PI;
 
 use super::sustained::{
-    ClosedContact, ContactForce, ContactInstant, ContactMode, Next, ORDER, Series, SlideSeries,
-    SlideStep, SlideTerm, Sliding, Stick, no_force_fits, product,
+    ClosedContact, ContactForce, ContactInstant, ContactMode, INVERSE, Next, ORDER, Series,
+    SlideSeries, SlideStep, Sliding, Stick, no_force_fits, product,
 };
 use crate::contact::tolerances::FORCE_NOISE;
 use crate::flight::Trig;
@@ -105,13 +105,13 @@ impl System {
         (parameters, load): (&Parameters<T>, (T, T)),
         (x1, v1): (T, T),
         mode: ContactMode,
-    ) -> (SlideStep, SlideSeries<T>) {
+    ) -> (SlideSeries<T>, f64) {
         let Angle { sin, cos } = parameters.contact.angle(x1);
         let (mass_ratio, friction) = (parameters.mass_ratio, parameters.friction);
         // The side is the step's own.
         let at = ContactCoordinates::at_tip((sin, cos), (v1, v1 * cos), mass_ratio, friction, 1.0);
         let now = self.contact_instant(phase, &self.on_contact(x1.value(), v1.value()));
-        SlideStep::with_derivatives(&now, mode, (&at, x1), |unit| {
+        SlideSeries::with_derivatives(&now, mode, (&at, x1), |unit| {
             TipSlide::new(parameters, load, unit, x1)
         })
     }
@@ -158,14 +158,18 @@ impl System {
 }
 
 /// The tip on its way along body 2: x2 = tip(x1) - delta.
-pub(crate) struct TipSlide<'a, T> {
+pub(crate) struct TipSlide<'a, T: Number> {
     parameters: &'a Parameters<T>,
     bodies: [Body<T>; 2],
     omega: T,
     sin: Series<T>,
     cos: Series<T>,
-    a1: Series<T>,
-    square: Series<T>,
+    /// sin x1 x1'.
+    turning: Series<T>,
+    /// x1'' and x2'' without a contact force.
+    free: [Series<T>; 2],
+    /// Coefficient n of cos x1 x1' without its part cos(0) w(n).
+    known_rate: T,
     /// Coefficients n and n + 1 of cos psi.
     load: [T; 2],
 }
@@ -189,45 +193,48 @@ impl<'a, T: Number> TipSlide<'a, T> {
             omega,
             sin,
             cos,
-            a1: zero,
-            square: zero,
+            turning: zero,
+            free: [zero; 2],
+            known_rate: T::constant(0.0),
             load: [cos_psi, -omega * sin_psi],
         }
     }
 }
 
 impl<T: Number> Sliding<T> for TipSlide<'_, T> {
-    fn term(&mut self, n: usize, x: &Series<T>, v: &Series<T>) -> SlideTerm<T> {
-        let Self { parameters, bodies: [pendulum, oscillator], omega, sin, cos, a1, square, load } =
-            self;
+    fn directions(&self, n: usize) -> [T; 2] {
+        [self.cos[n], self.sin[n]]
+    }
+
+    fn accelerations(&mut self, n: usize, x: &Series<T>, v: &Series<T>) -> [T; 2] {
+        let Self { parameters, bodies: [pendulum, oscillator], omega, sin, cos, .. } = self;
         let oblique = parameters.contact == Contact::Oblique;
-        let order = (n + 1) as f64;
-        let over = |numerator: T, divisor: f64| numerator / T::constant(divisor);
-        // (n + 1) sin_(n+1): the rate of the tip, x2' too.
-        let tip_rate = if oblique {
-            let rate = product(cos, v, n);
-            cos[n + 1] = over(-product(sin, v, n), order);
-            sin[n + 1] = over(rate, order);
-            rate
-        } else {
-            v[n]
-        };
+        // The velocity of the tip along the normal, cos x1 x1', which is x2'.
+        let rate = self.known_rate + cos[0] * v[n];
         let tip = if oblique { sin[n] } else { x[n] };
         let place = if n == 0 { tip - parameters.gap } else { tip };
-        a1[n] = pendulum.acceleration(x[n], v[n], load[0]);
-        let a2 = oscillator.acceleration(place, tip_rate, load[0]);
+        let load = self.load[0];
+        let [a1, a2] = &mut self.free;
+        a1[n] = pendulum.acceleration(x[n], v[n], load);
+        a2[n] = oscillator.acceleration(place, rate, load);
         // A constant load has no other coefficient.
         (pendulum.constant, oscillator.constant) = (T::constant(0.0), T::constant(0.0));
-        square[n] = product(v, v, n);
-        let (pull, turn) = (product(a1, cos, n), product(square, sin, n));
-        // Coefficients of cos psi by (cos psi)'' = -omega^2 cos psi.
-        let next = over(-(*omega * *omega) * load[0], order * (order + 1.0));
-        *load = [load[1], next];
-        SlideTerm {
-            slip_acceleration: a1[n],
-            gap_acceleration: pull - turn - a2,
-            coupling: cos[n],
-            scale: sin[n],
+        if oblique {
+            self.turning[n] = product(sin, v, n);
+            let next = -self.turning[n] * INVERSE[n + 1];
+            self.known_rate = product(cos, v, n + 1) + next * v[0];
+            sin[n + 1] = rate * INVERSE[n + 1];
+            cos[n + 1] = next;
         }
+        let others = self.known_rate * (n + 1) as f64 - a2[n];
+        // Coefficients of cos psi by (cos psi)'' = -omega^2 cos psi.
+        let next = -(*omega * *omega) * load * (INVERSE[n + 1] * INVERSE[n + 2]);
+        self.load = [self.load[1], next];
+        [a1[n], others]
+    }
+
+    fn free_gap_acceleration(&self, n: usize, v: &Series<T>) -> T {
+        let [a1, a2] = &self.free;
+        product(a1, &self.cos, n) - product(&self.turning, v, n) - a2[n]
     }
 }

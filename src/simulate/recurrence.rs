@@ -62,6 +62,13 @@ pub(crate) struct Cycle {
     pub events: u64,
 }
 
+impl Cycle {
+    /// Whether all of its events are impacts.
+    pub fn is_all_impacts(&self) -> bool {
+        self.impacts == self.events
+    }
+}
+
 impl<B> Recurrence<B> {
     /// Whether the present impact, at this clock, may be the reference, or is to be the next one.
     #[inline(always)]

@@ -33,10 +33,10 @@ pub(crate) fn slide_with_rates<const N: usize>(
     for _ in 0..MOST_SLIDE_STEPS {
         let phase = model.motion.drive.trig_at(at.clock());
         let parameters = (&model.parameters, model.load(&at));
-        let (step, series) = model.system.slide_with_derivatives(phase, parameters, (x1, v1), mode);
+        let (series, length) =
+            model.system.slide_with_derivatives(phase, parameters, (x1, v1), mode);
         // The friction's side changes at sin x1 = 0, where friction vanishes: no jump in the
         // equation, none in the derivatives.
-        let length = step.on_one_side();
         if left.value <= length {
             let (x1, v1) = series.at(left);
             return Some((on_contact(model, x1, v1), series.rates(left.value)));

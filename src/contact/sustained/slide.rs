@@ -2,8 +2,9 @@
 //! and the first event in it.
 //!
 //! Equations of `contact/sustained.rs`; the coefficients follow by the recursions of automatic
-//! differentiation (Jorba & Zou (2005), Exp. Math. 14, 99), sums of products and one quotient.
-//! Those of the free accelerations come from the model ([`Sliding`]). The series is the dense
+//! differentiation (Jorba & Zou (2005), Exp. Math. 14, 99). Each order of the contact force is what
+//! keeps g'' = 0, given all orders before it; g'' comes from the model ([`Sliding`]), which knows the
+//! velocity along the normal and so needs no products for its rate. The series is the dense
 //! output too: on it the events are found by the majorant search of the contact detection, which
 //! cannot step over a root. The side of h = 0 and the direction of slip are constants of a step, so
 //! that |h| and sgn w have no kink in it. docs/contact-phase.md measures all this against a general
@@ -22,50 +23,71 @@ pub(crate) const ORDER: usize = 24;
 /// Order of the series of the force, two derivatives less.
 const FORCED: usize = ORDER - 2;
 
+/// 1/n; of 0 nobody asks.
+pub(crate) const INVERSE: [f64; ORDER + 1] = {
+    let mut inverse = [f64::NAN; ORDER + 1];
+    let mut n = 1;
+    while n <= ORDER {
+        inverse[n] = 1.0 / n as f64;
+        n += 1;
+    }
+    inverse
+};
+
 pub(crate) type Series<T> = [T; ORDER + 1];
 
-/// Coefficients of one order: of w' and g'' without a contact force, of b/h and of h.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SlideTerm<T> {
-    pub slip_acceleration: T,
-    pub gap_acceleration: T,
-    pub coupling: T,
-    pub scale: T,
+/// Coefficient n of a product.
+pub(crate) fn product<T: Number>(a: &Series<T>, b: &Series<T>, n: usize) -> T {
+    (0..=n).fold(T::constant(0.0), |sum, j| sum + a[j] * b[n - j])
 }
 
-/// Bodies that slide along one another on g = 0, in a unit of time of their own.
-pub(crate) trait Sliding<T> {
-    /// Coefficients n along a slide whose displacement x and velocity w are known up to n. Asked in
-    /// turn for n = 0, 1, ...
-    fn term(&mut self, n: usize, x: &Series<T>, w: &Series<T>) -> SlideTerm<T>;
+fn values<T: Number>(series: &Series<T>) -> Series<f64> {
+    series.map(Number::value)
+}
+
+/// Bodies that slide along one another on g = 0, in a unit of time of their own. Asked for the orders
+/// n = 0, 1, ... in turn.
+pub(crate) trait Sliding<T: Number> {
+    /// Coefficients n of b/h and of h.
+    fn directions(&self, n: usize) -> [T; 2];
+    /// Coefficients n along a slide whose displacement x and velocity w are known up to n: of w' without a
+    /// contact force, and of g'' without its part of w'(n) and of the contact force.
+    fn accelerations(&mut self, n: usize, x: &Series<T>, w: &Series<T>) -> [T; 2];
+    /// Coefficient n of g'' without any contact force, along this slide. Near the end of a tip's reach,
+    /// where the force grows beyond bound, this has the digits that a product with it would lose.
+    fn free_gap_acceleration(&self, n: usize, w: &Series<T>) -> T;
 }
 
 /// The series of a step, in time over `unit`, in which the motion is of order one: in plain time
 /// the coefficients of a tip driven to the end of its reach overflow.
 #[derive(Debug, Clone)]
-pub(crate) struct SlideSeries<T> {
+pub(crate) struct SlideSeries<T: Number> {
     x: Series<T>,
     w: Series<T>,
     /// h.
     scale: Series<T>,
-    /// p (m + k b/h): the free g''.
-    free: Series<T>,
-    /// m + k b/h.
-    inertia: Series<T>,
-    /// k at the start.
-    k: T,
     /// A power of two, so that no digit is lost.
     unit: f64,
+}
+
+/// The unit of time of a step, and its side: sgn h, 0 where friction plays no part.
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    unit: f64,
+    side: f64,
 }
 
 /// One step of a slide.
 #[derive(Debug, Clone)]
 pub(crate) struct SlideStep {
     series: SlideSeries<f64>,
+    /// p (m + k b/h): the free g''.
+    free: Series<f64>,
+    /// m + k b/h.
+    inertia: Series<f64>,
     /// Length of the step, in `unit`.
     reach: f64,
     mode: ContactMode,
-    /// sgn h, 0 where friction plays no part.
     side: f64,
     /// Rounding of `free`, of w' and of h.
     noise: f64,
@@ -96,70 +118,88 @@ impl SlideEnd {
     }
 }
 
-/// Coefficient n of a product.
-pub(crate) fn product<T: Number>(a: &Series<T>, b: &Series<T>, n: usize) -> T {
-    (0..=n).fold(T::constant(0.0), |sum, j| sum + a[j] * b[n - j])
+impl Frame {
+    fn of(now: &ContactInstant, mode: ContactMode) -> Self {
+        let (at, fastest) = (&now.contact.at, now.fastest);
+        let unit = (-(fastest + now.turning).log2().ceil()).exp2();
+        let side = if at.friction == 0.0 {
+            0.0
+        } else if at.scale.abs() <= now.scale_noise {
+            // On h = 0: the side the tip slides to. Its velocity may be against the mode by
+            // rounding.
+            let velocity = if at.slip == 0.0 { mode.direction() } else { at.slip };
+            1f64.copysign(velocity * now.scale_slope)
+        } else {
+            1f64.copysign(at.scale)
+        };
+        Self { unit, side }
+    }
 }
 
 impl<T: Number> SlideSeries<T> {
     /// The slide of `bodies` from x and w on: w' = alpha - k p; `slip`: s sgn h, in k = b/h + mu s
-    /// |h|.
+    /// |h|. With b/h and k.
     fn new(
-        mut bodies: impl Sliding<T>,
+        bodies: &mut impl Sliding<T>,
         at: &ContactCoordinates<T>,
         slip: f64,
         unit: f64,
         start: T,
-    ) -> Self {
+    ) -> (Self, [Series<T>; 2]) {
         let friction = at.friction * slip;
         let zero = [T::constant(0.0); ORDER + 1];
-        let (mut x, mut w, mut coupling, mut scale) = (zero, zero, zero, zero);
-        let (mut k, mut free, mut inertia, mut force) = (zero, zero, zero, zero);
+        let (mut x, mut w, mut scale) = (zero, zero, zero);
+        let (mut force, mut coupling, mut k) = (zero, zero, zero);
         (x[0], x[1], w[0]) = (start, at.slip * unit, at.slip * unit);
+        let mut per_inertia = T::constant(f64::NAN);
         for n in 0..=FORCED {
-            let order = (n + 1) as f64;
-            let over = |numerator: T, divisor: f64| numerator / T::constant(divisor);
-            let term = bodies.term(n, &x, &w);
-            (coupling[n], scale[n], free[n]) = (term.coupling, term.scale, term.gap_acceleration);
-            k[n] = coupling[n] + friction * scale[n];
-            let slope = product(&k, &coupling, n);
-            inertia[n] = if n == 0 { at.mobility + slope } else { slope };
-            let earlier = (1..=n).fold(T::constant(0.0), |sum, j| sum + inertia[j] * force[n - j]);
-            force[n] = (free[n] - earlier) / inertia[0];
-            let acceleration = term.slip_acceleration - product(&k, &force, n);
-            w[n + 1] = over(acceleration, order);
-            x[n + 2] = over(w[n + 1], order + 1.0);
+            let [along, across] = bodies.directions(n);
+            let [slip_acceleration, others] = bodies.accelerations(n, &x, &w);
+            (coupling[n], scale[n], k[n]) = (along, across, along + friction * across);
+            if n == 0 {
+                per_inertia = T::constant(1.0) / (at.mobility + k[0] * coupling[0]);
+            }
+            // w' = known - k(0) p and g'' = others + b/h w' - m p = 0. Without the difference in w': near
+            // k = 0 the force has a pole that k p has not.
+            let known = slip_acceleration - product(&k, &force, n);
+            force[n] = (others + coupling[0] * known) * per_inertia;
+            let rate = (at.mobility * known - k[0] * others) * per_inertia * INVERSE[n + 1];
+            w[n + 1] = rate;
+            x[n + 2] = rate * INVERSE[n + 2];
         }
-        Self { x, w, scale, free, inertia, k: k[0], unit }
+        (Self { x, w, scale, unit }, [coupling, k])
     }
 
-    /// Without the derivatives.
-    fn values(&self) -> SlideSeries<f64> {
-        let values = |series: &Series<T>| series.map(Number::value);
-        SlideSeries {
-            x: values(&self.x),
-            w: values(&self.w),
-            scale: values(&self.scale),
-            free: values(&self.free),
-            inertia: values(&self.inertia),
-            k: self.k.value(),
-            unit: self.unit,
-        }
+    /// As [`SlideStep::new`] for numbers that carry derivatives, on one side of h = 0: the series, and up
+    /// to which local time. Contact and displacement at the start must have the values of `now`.
+    pub fn with_derivatives<S: Sliding<T>>(
+        now: &ContactInstant,
+        mode: ContactMode,
+        (at, start): (&ContactCoordinates<T>, T),
+        bodies: impl FnOnce(f64) -> S,
+    ) -> (Self, f64) {
+        let Frame { unit, side } = Frame::of(now, mode);
+        let slip = mode.direction() * side;
+        let (series, _) = Self::new(&mut bodies(unit), at, slip, unit, start);
+        let reach = reach(&values(&series.x), &values(&series.w), now.fastest * unit);
+        let length = until_side(&values(&series.scale), side, (reach, now.scale_noise));
+        (series, length * unit)
     }
 
     /// x and w at local time s.
     pub fn at(&self, s: T) -> (T, T) {
-        let unit = T::constant(self.unit);
-        let s = s / unit;
-        (value(&self.x, s), value(&self.w, s) / unit)
+        let per_unit = 1.0 / self.unit;
+        let s = s * per_unit;
+        let value = |c: &Series<T>| c.iter().rev().fold(T::constant(0.0), |sum, &c| sum * s + c);
+        (value(&self.x), value(&self.w) * per_unit)
     }
 
     /// The rates of x and w at local time s.
     pub fn rates(&self, s: f64) -> [f64; 2] {
         let s = s / self.unit;
-        let rate = |c: &Series<T>| {
-            let terms = c.iter().enumerate().skip(1).rev();
-            terms.fold(0.0, |sum: f64, (n, c)| sum * s + n as f64 * c.value())
+        let rate = |series: &Series<T>| {
+            let terms = (1..=ORDER).rev();
+            terms.fold(0.0, |sum, n| sum * s + n as f64 * series[n].value())
         };
         [rate(&self.x) / self.unit, rate(&self.w) / (self.unit * self.unit)]
     }
@@ -173,68 +213,40 @@ impl SlideStep {
         start: f64,
         bodies: impl FnOnce(f64) -> S,
     ) -> Self {
-        let (unit, side) = Self::measures(now, mode);
-        let slip = mode.direction() * side;
-        let series = SlideSeries::new(bodies(unit), &now.contact.at, slip, unit, start);
-        Self::of(now, mode, side, series)
-    }
-
-    /// As [`Self::new`], with the series for numbers that carry derivatives; contact and displacement at
-    /// the start must have the values of `now`.
-    pub fn with_derivatives<T: Number, S: Sliding<T>>(
-        now: &ContactInstant,
-        mode: ContactMode,
-        (at, start): (&ContactCoordinates<T>, T),
-        bodies: impl FnOnce(f64) -> S,
-    ) -> (Self, SlideSeries<T>) {
-        let (unit, side) = Self::measures(now, mode);
-        let slip = mode.direction() * side;
-        let series = SlideSeries::new(bodies(unit), at, slip, unit, start);
-        (Self::of(now, mode, side, series.values()), series)
-    }
-
-    /// The unit of time of a step, and its side.
-    fn measures(now: &ContactInstant, mode: ContactMode) -> (f64, f64) {
         let (at, fastest) = (&now.contact.at, now.fastest);
-        let unit = (-(fastest + now.turning).log2().ceil()).exp2();
-        let side = if at.friction == 0.0 {
-            0.0
-        } else if at.scale.abs() <= now.scale_noise {
-            // On h = 0: the side the tip slides to. Its velocity may be against the mode by
-            // rounding.
-            let velocity = if at.slip == 0.0 { mode.direction() } else { at.slip };
-            1f64.copysign(velocity * now.scale_slope)
-        } else {
-            1f64.copysign(at.scale)
-        };
-        (unit, side)
-    }
-
-    /// Of this series.
-    fn of(now: &ContactInstant, mode: ContactMode, side: f64, series: SlideSeries<f64>) -> Self {
-        let (at, fastest, unit) = (&now.contact.at, now.fastest, series.unit);
+        let Frame { unit, side } = Frame::of(now, mode);
+        let slip = mode.direction() * side;
+        let mut bodies = bodies(unit);
+        let (series, [coupling, k]) = SlideSeries::new(&mut bodies, at, slip, unit, start);
+        let (mut inertia, mut free) = ([0.0; ORDER + 1], [0.0; ORDER + 1]);
+        for n in 0..=FORCED {
+            inertia[n] = product(&k, &coupling, n);
+            free[n] = bodies.free_gap_acceleration(n, &series.w);
+        }
+        inertia[0] += at.mobility;
         let square_unit = unit * unit;
-        let (w, free, k, inertia) = (&series.w, &series.free, series.k, &series.inertia);
         let instant_noise = now.clock_noise / unit;
         let gap_noise = now.gap_noise * square_unit;
         Self {
-            reach: reach(&series.x, w, fastest * unit),
+            reach: reach(&series.x, &series.w, fastest * unit),
             mode,
             side,
             noise: gap_noise + instant_noise * free[1].abs(),
             acceleration_noise: now.slip_noise * square_unit
-                + (k / inertia[0]).abs() * gap_noise
-                + instant_noise * 2.0 * w[2].abs(),
+                + (k[0] / inertia[0]).abs() * gap_noise
+                + instant_noise * 2.0 * series.w[2].abs(),
             scale_noise: now.scale_noise,
             least_inertia: at.painleve_level(),
             series,
+            free,
+            inertia,
         }
     }
 
     /// The free gap acceleration p (m + k b/h) at local time s.
     pub fn free_acceleration(&self, s: f64) -> f64 {
         let unit = self.series.unit;
-        value(&self.series.free[..=FORCED], s / unit) / (unit * unit)
+        value(&self.free[..=FORCED], s / unit) / (unit * unit)
     }
 
     /// Whether its series is made of numbers: of a tip that turns or is pressed beyond counting it
@@ -246,7 +258,7 @@ impl SlideStep {
     /// Whether m + k b/h is so small, or negative, that x may not resolve what happens: beside a
     /// tip at the end of its reach the other body is a wall.
     pub fn is_at_reach(&self) -> bool {
-        self.series.inertia[0] <= REACH_LEVEL
+        self.inertia[0] <= REACH_LEVEL
     }
 
     /// Whether a slide of such steps would never be done, in local flights of this length.
@@ -272,18 +284,8 @@ impl SlideStep {
     /// Whether a contact force of 0 at the start falls.
     pub fn falls(&self) -> bool {
         (1..=FORCED)
-            .find(|&n| self.series.free[n].abs() * self.reach.powi(n as i32) > self.noise)
-            .is_some_and(|n| self.series.free[n] < 0.0)
-    }
-
-    /// Local time up to which the step is on one side of h = 0.
-    pub fn on_one_side(&self) -> f64 {
-        let changes = || {
-            let towards = self.series.scale.map(|c| -self.side * c);
-            first_crossing(&towards[..=FORCED], self.reach, self.scale_noise)
-        };
-        let time = if self.side == 0.0 { None } else { changes() };
-        time.unwrap_or(self.reach) * self.series.unit
+            .find(|&n| self.free[n].abs() * self.reach.powi(n as i32) > self.noise)
+            .is_some_and(|n| self.free[n] < 0.0)
     }
 
     /// The first event of the step, and its local time.
@@ -299,14 +301,14 @@ impl SlideStep {
                     first = (time, end);
                 }
             };
-        consider(&self.series.free, FORCED, -1.0, self.noise, SlideEnd::Released);
+        consider(&self.free, FORCED, -1.0, self.noise, SlideEnd::Released);
         if self.side != 0.0 {
             let direction = self.mode.direction();
             let noise = self.acceleration_noise * self.reach;
             consider(&self.series.w, ORDER - 1, -direction, noise, SlideEnd::Stopped);
             consider(&self.series.scale, FORCED, -self.side, self.scale_noise, SlideEnd::Side);
         }
-        let mut margin = self.series.inertia;
+        let mut margin = self.inertia;
         margin[0] -= self.least_inertia;
         consider(&margin, FORCED, -1.0, 0.0, SlideEnd::Painleve);
         (first.0 * self.series.unit, first.1)
@@ -330,16 +332,26 @@ fn reach(x: &Series<f64>, w: &Series<f64>, fastest: f64) -> f64 {
             (ORDER - 1, w[ORDER - 1], speed),
             (ORDER - 2, w[ORDER - 2], speed),
         ] {
-            if last != 0.0 {
-                step = step.min((EPS * scale / last.abs()).powf(1.0 / n as f64));
+            let (last, least) = (last.abs(), EPS * scale);
+            if last * step.powi(n as i32) > least {
+                step = (least / last).powf(INVERSE[n]).min(step);
             }
         }
     }
     step
 }
 
-fn value<T: Number>(c: &[T], s: T) -> T {
-    c.iter().rev().fold(T::constant(0.0), |sum, &c| sum * s + c)
+/// The part of a step of this reach that is on one side of h = 0; with the rounding of h.
+fn until_side(scale: &Series<f64>, side: f64, (reach, noise): (f64, f64)) -> f64 {
+    if side == 0.0 {
+        return reach;
+    }
+    let towards = scale.map(|c| -side * c);
+    first_crossing(&towards[..=FORCED], reach, noise).unwrap_or(reach)
+}
+
+fn value(c: &[f64], s: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, c| sum * s + c)
 }
 
 /// Value and first three derivatives, over their factorials.

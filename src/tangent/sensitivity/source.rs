@@ -54,13 +54,13 @@ pub(super) struct Alike {
     cycle: Option<Cycle>,
 }
 
-/// Fewest events of cycles that are taken together.
+/// Fewest impacts of cycles that are taken together. One with contact is work enough by itself.
 const TOGETHER: usize = 32;
 
 impl Alike {
-    /// Of cycles of so many events and drive periods.
-    fn new(events: usize, periods: i64, cycle: Option<Cycle>) -> Self {
-        let together = TOGETHER.div_ceil(events.max(1));
+    /// Of cycles of so many events and drive periods; whether these are all impacts.
+    fn new((events, all_impacts): (usize, bool), periods: i64, cycle: Option<Cycle>) -> Self {
+        let together = if all_impacts { TOGETHER.div_ceil(events.max(1)) } else { 1 };
         let count = together as i64;
         Self { events: together * events, periods: count * periods, together: count, cycle }
     }
@@ -127,10 +127,15 @@ impl<'a> Kept<'a> {
         }
         let copies: &Copies = &all[self.copies];
         let &Copies { first, events, periods, .. } = copies;
-        let alike = Alike::new(events, periods, None);
+        if self.event < first {
+            return None;
+        }
+        let few = events < TOGETHER;
+        let is_impact = |event: &EventRecord| event.kind == EventKind::Impact as i64;
+        let all_impacts = few && self.run.events[first..first + events].iter().all(is_impact);
+        let alike = Alike::new((events, all_impacts), periods, None);
         let times = (copies.end() - self.event) / alike.events.max(1);
-        let times = i64::try_from(times).ok()?;
-        (self.event >= first).then_some((alike, times))
+        Some((alike, i64::try_from(times).ok()?))
     }
 
     fn advance(&mut self, passed: &mut Passed) -> Option<Event> {
@@ -186,7 +191,7 @@ impl Source<'_> {
                 }
                 let cycle = found.take_if(|_| apart)?;
                 let (events, periods) = (usize::try_from(cycle.events).ok()?, cycle.periods);
-                let alike = Alike::new(events, periods, Some(cycle));
+                let alike = Alike::new((events, cycle.is_all_impacts()), periods, Some(cycle));
                 Some((alike, simulation.cycles_left_to_end(&cycle) / alike.together))
             }
             Self::Kept(kept) => kept.alike().filter(|_| apart),
