@@ -188,7 +188,7 @@ def test_an_archive_writes_nothing_outside_itself(run, tmp_path):
     with zipfile.ZipFile(tmp_path / "run.npz", "a") as archive:
         archive.writestr("../outside.npy", inside.getvalue())
     before = sorted(tmp_path.parent.iterdir())
-    with pytest.raises(ValueError, match=r"damaged .*\.\./outside"):
+    with pytest.raises(ValueError, match=r"damaged .*it has been altered"):
         vi.load(tmp_path / "run.npz")
     assert sorted(tmp_path.parent.iterdir()) == before
 
