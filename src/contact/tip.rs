@@ -221,10 +221,9 @@ impl<T: Number> Sliding<T> for TipSlide<'_, T> {
         (pendulum.constant, oscillator.constant) = (T::constant(0.0), T::constant(0.0));
         if oblique {
             self.turning[n] = product(sin, v, n);
-            let next = -self.turning[n] * INVERSE[n + 1];
-            self.known_rate = product(cos, v, n + 1) + next * v[0];
+            cos[n + 1] = -self.turning[n] * INVERSE[n + 1];
             sin[n + 1] = rate * INVERSE[n + 1];
-            cos[n + 1] = next;
+            self.known_rate = product(cos, v, n + 1);
         }
         let others = self.known_rate * (n + 1) as f64 - a2[n];
         // Coefficients of cos psi by (cos psi)'' = -omega^2 cos psi.

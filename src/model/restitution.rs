@@ -262,8 +262,11 @@ impl RestitutionCurve {
     pub(crate) fn is_at_knot(&self, u: f64) -> bool {
         let near = |speed: f64| (u - speed).abs() <= AT_KNOT * speed;
         match self {
-            Self::Table(knots) => (0..knots.count)
-                .any(|i| near(knots.speeds[i]) && knots.slope_below(i) != knots.slope_below(i + 1)),
+            Self::Table(knots) => (0..knots.count).any(|i| {
+                let [below, above] = [i, i + 1].map(|i| knots.slope_below(i));
+                let jumps = (above - below).abs() > AT_KNOT * below.abs().max(above.abs());
+                near(knots.speeds[i]) && jumps
+            }),
             Self::PowerLaw { least_speed, .. } => near(*least_speed),
         }
     }

@@ -7,9 +7,9 @@ use pyo3::prelude::*;
 use super::arrays::to_vec;
 use crate::simulate::run::{Noted, Recorded, Run};
 
-/// JSON, and the residuals of the clocks,
+/// A trace as JSON, and the residuals of the clocks, for Python.
 pub(super) type Told<'py> = (Bound<'py, PyArray1<u8>>, Bound<'py, PyArray1<f64>>);
-/// which come back.
+/// The same, as they come back.
 pub(super) type Given<'py> = (PyReadonlyArray1<'py, u8>, PyReadonlyArray1<'py, f64>);
 
 /// The trace of a run; `None` where it has not kept all of its events.

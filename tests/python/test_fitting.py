@@ -300,6 +300,22 @@ def test_expected_errors_of_what_jumps_at_impacts_are_those_of_fits(kind, noise,
     assert 0.6 < np.sqrt(np.mean(np.square(z))) < 1.4
 
 
+def test_displacements_beside_impacts_are_off_by_what_jitter_does_to_them():
+    run = vi.simulate(RUBBING, initial=START, periods=12)
+    jitter = 1e-2
+    off, sigma = [], None
+    for seed in range(200):
+        record = vi.measure(run, "x1", sampling=0.05, jitter=jitter, seed=seed)
+        exact = vi.measure(run, "x1", at=record.times).values
+        off.append(record.values - exact)
+        sigma = record.sigma
+    away = np.abs(record.times[:, None] - np.asarray(run.impacts["time"])).min(axis=1)
+    beside = away < 3 * jitter
+    assert beside.sum() > 10
+    found = np.sqrt(np.mean(np.square(off), axis=0))[beside] / sigma[beside]
+    assert np.median(found) == pytest.approx(1.0, abs=0.15)
+
+
 def test_expected_errors_are_those_of_a_fit():
     run = vi.simulate(RUBBING, initial=START, periods=20)
     names = ["restitution", "friction", "gap"]

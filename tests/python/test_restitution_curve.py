@@ -140,6 +140,21 @@ def test_an_impact_at_a_knot_without_a_jump_of_the_slope_is_not_marked():
             assert [at.reason for at in found.one_sided] == ["restitution_knot"] * jumps
 
 
+def test_knots_on_a_straight_line_are_not_marked():
+    # Slopes of these differ by rounding.
+    ball = vi.System(
+        mass_ratio=0,
+        frequency_ratio=0,
+        restitution=vi.RestitutionTable([0.1, 0.2, 0.3], [0.8, 0.7, 0.6]),
+        gap=1,
+        drive_frequency=0,
+        contact="direct",
+    )
+    found = vi.simulate(ball, initial=(0, 0.2, 0, 0), time=6).sensitivity("v1")
+    assert len(found.impacts.time) == 1
+    assert not len(found.one_sided)
+
+
 def test_an_impact_at_a_knot_is_marked():
     ball = vi.System(
         mass_ratio=0,

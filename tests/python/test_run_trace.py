@@ -225,6 +225,26 @@ def _copies(**one):
     return lambda told, residuals: told.update(copies=[given])
 
 
+# An impact at a stop, and a state, that no structure here has.
+_NO_STOP = {
+    "WithImpact": dict.fromkeys(
+        (
+            "approach_velocity",
+            "separation_velocity",
+            "impulse_normal",
+            "impulse_tangential",
+            "energy_loss",
+            "friction_loss",
+        ),
+        0.0,
+    )
+    | {"stop": 99, "regime": "Frictionless"}
+}
+_NO_COORDINATES = [
+    {"period": 3, "time_in_period": 0.1, "residual": 0.0},
+    {"q": [], "v": [0.0, 0.0, 0.0, 0.0]},
+]
+
 NONSENSE = {
     "residuals = 0 numbers": lambda told, rest: (told, rest[:0]),
     "residuals = ": lambda told, rest: rest.__setitem__(0, np.nan),
@@ -235,6 +255,17 @@ NONSENSE = {
     "copies.0. = .*times: 1000000": _copies(times=1_000_000),
     "legs.1. = ": lambda told, rest: told["legs"].reverse(),
     "legs.0. = after 123456789": lambda told, rest: told["legs"][0].update(events=123456789),
+    "legs.0. = .*run's machine": lambda told, rest: told["legs"][0]["touching"].update(
+        at=[[99, "closed"]]
+    ),
+    "legs.1. = .*run's machine": lambda told, rest: told["legs"][1]["touching"].update(
+        were_closed=[99]
+    ),
+    "legs.2. = .*run's machine": lambda told, rest: told["legs"][2].update(at=_NO_COORDINATES),
+    "legs.3. = .*run's machine": lambda told, rest: told["legs"][3].update(begins=_NO_STOP),
+    "legs.4. = .*run's machine": lambda told, rest: told["legs"][4]["touching"].update(
+        pending=[_NO_STOP["WithImpact"]]
+    ),
     "unknown variant": lambda told, rest: told["legs"][0].update(begins="Later"),
 }
 
@@ -269,6 +300,22 @@ def test_rows_that_are_not_those_of_the_events_are_named():
     ):
         with pytest.raises(vi.ParameterError, match=error):
             type(core).from_parts(core.to_json(), trace=core.trace(), **(parts | changed))
+
+
+@pytest.mark.parametrize("table", ["impacts", "contacts"])
+def test_rows_of_stops_that_there_are_not_are_named(table):
+    run = runs()["moving"]
+    core = run._core
+    parts = {name: getattr(core, name) for name in ("impacts", "events", "grazes", "contacts")}
+    parts[table] = {**parts[table], "stop": parts[table]["stop"] + 99}
+    with pytest.raises(vi.ParameterError, match="rows = .* stops"):
+        type(core).from_parts(
+            run.system._compiled,
+            core.to_json(),
+            stroboscopic=core.stroboscopic,
+            trace=core.trace(),
+            **parts,
+        )
 
 
 @pytest.mark.parametrize("name", ["chatter and contact", "moving"])

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError
+from ..machine import Machine
 from .problem import Point, Problem, Window
 from .record import Record, is_heard
 
@@ -33,9 +34,12 @@ _OF_INTERVAL = 0.1
 
 def jumps(record: Record, problem: Problem) -> bool:
     """Whether what is recorded jumps at impacts."""
-    if is_heard(record.kind):
-        return False
-    return record.kind not in problem.machine._coordinates_by_name or record.kind[0] == "v"
+    return not is_heard(record.kind) and jumps_at_impacts(problem.machine, record.kind)
+
+
+def jumps_at_impacts(machine: Machine, kind: str) -> bool:
+    """Whether this of a machine's motion, no times of impacts, jumps there: not displacements."""
+    return kind not in machine._coordinates_by_name or kind[0] == "v"
 
 
 def widened(problem: Problem, sigmas: Sequence[Array], width: int) -> list[Array]:

@@ -12,6 +12,7 @@ from ..errors import ParameterError
 from ..hints import close_to
 from ..interruption import interruptible
 from ..run_record import AnyRun, RunRecord
+from .jumps import jumps_at_impacts
 from .prediction import heard_in, kinds_in_words, kinds_of, predicted
 from .record import Record, is_heard
 
@@ -131,6 +132,8 @@ def _by_jitter(run: AnyRun, kind: str, times: Array, jitter: float) -> Array:
     # Gauss and Hermite's rule for the mean square: nodes +-3^(1/2) with 1/6 each.
     found = np.hypot(*(change(side * _NODE) for side in (-1.0, 1.0))) / 6.0**0.5
     # Beside an impact a few rows may lie on its other side, and be off by all that changes there.
+    if not jumps_at_impacts(run.system, kind):
+        return np.asarray(found)
     impacts = np.asarray(run.impacts["time"])
     sides = [np.searchsorted(impacts, times + side * _FAR * jitter) for side in (-1.0, 1.0)]
     across = np.maximum(*(np.abs(change(side * _FAR)) for side in (-1.0, 1.0)))

@@ -52,12 +52,16 @@ impl Run<Structure> {
 
     pub(crate) fn labelled(&self, cancel: &CancelToken) -> StructureLabelling {
         let (report, later) = self.judged_by_sections(cancel);
-        let settled = self.at_drive_period(cancel);
-        let settled = settled.unwrap_or_else(|| self.final_state.state.clone());
+        let settled = self.final_state.state.clone();
         let mut labelling = StructureLabelling { report, settled, growing: None };
         if !self.stop_reason.reached_the_end() {
             labelling.report = report.undecided(WhyUndecided::Incomplete);
-        } else if let Some(found) = self.lasting(report, later, cancel) {
+            return labelling;
+        }
+        if let Some(settled) = self.at_drive_period(cancel) {
+            labelling.settled = settled;
+        }
+        if let Some(found) = self.lasting(report, later, cancel) {
             labelling.take(found);
         } else if report.residual.is_finite() {
             labelling.look_at_growth(self, cancel);

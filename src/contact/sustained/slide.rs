@@ -17,22 +17,15 @@ use crate::model::tolerances::REACH_LEVEL;
 use crate::numerics::EPS;
 use crate::numerics::dual::Number;
 use crate::numerics::majorant::first_root;
+use crate::numerics::reciprocals::reciprocals;
 
 /// Order of the series of the displacement along the contact.
 pub(crate) const ORDER: usize = 24;
 /// Order of the series of the force, two derivatives less.
 const FORCED: usize = ORDER - 2;
 
-/// 1/n; of 0 nobody asks.
-pub(crate) const INVERSE: [f64; ORDER + 1] = {
-    let mut inverse = [f64::NAN; ORDER + 1];
-    let mut n = 1;
-    while n <= ORDER {
-        inverse[n] = 1.0 / n as f64;
-        n += 1;
-    }
-    inverse
-};
+/// 1/n.
+pub(crate) const INVERSE: [f64; ORDER + 1] = reciprocals();
 
 pub(crate) type Series<T> = [T; ORDER + 1];
 
@@ -50,7 +43,8 @@ fn values<T: Number>(series: &Series<T>) -> Series<f64> {
 pub(crate) trait Sliding<T: Number> {
     /// Coefficients n of b/h and of h.
     fn directions(&self, n: usize) -> [T; 2];
-    /// Coefficients n along a slide whose displacement x and velocity w are known up to n: of w' without a
+    /// Coefficients n along a slide whose displacement x and velocity w are known up to n, and zero beyond
+    /// (x up to n + 1): of w' without a
     /// contact force, and of g'' without its part of w'(n) and of the contact force.
     fn accelerations(&mut self, n: usize, x: &Series<T>, w: &Series<T>) -> [T; 2];
     /// Coefficient n of g'' without any contact force, along this slide. Near the end of a tip's reach,

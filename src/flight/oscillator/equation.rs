@@ -12,20 +12,13 @@ use crate::flight::tolerances::{DECAYED, SHORT_ORDERS};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary::{MOST_TURNED, decay, decay_minus_1, fused_sin_cos};
 use crate::numerics::lanes::{LANES, Lanes, lanes_of};
+use crate::numerics::reciprocals::reciprocals;
 
 /// Highest order of the Taylor series.
 const MOST_TERMS: usize = SHORT_ORDERS[SHORT_ORDERS.len() - 1].1;
 
 /// 1/n.
-pub(super) const INVERSE: [f64; MOST_TERMS + 2] = {
-    let mut inverse = [0.0; MOST_TERMS + 2];
-    let mut n = 1;
-    while n < inverse.len() {
-        inverse[n] = 1.0 / n as f64;
-        n += 1;
-    }
-    inverse
-};
+pub(super) const INVERSE: [f64; MOST_TERMS + 2] = reciprocals();
 
 const THIRD: f64 = 1.0 / 3.0;
 

@@ -23,7 +23,7 @@ pub(crate) struct Noted<M: Recorded> {
 #[serde(bound = "")]
 struct NotedLeg<M: Recorded> {
     events: usize,
-    /// No impact is one that its row tells.
+    /// `None`: the impact follows from its row.
     begins: Begins<Option<M::Impact>>,
     /// Where it begins, unless that is where its event ends or, without one, where the leg before it
     /// in this list begins.
@@ -113,10 +113,8 @@ impl<M: Recorded> Run<M> {
             let before = legs.last();
             let NotedLeg { events, begins, at, phase, touching, skips } = leg;
             let known = self.told(events, begins.is_silent(), before.map(|leg| &leg.anchor));
-            let known = at.or(known).filter(|(_, state)| {
-                let follows = before.is_none_or(|leg| leg.events <= events);
-                follows && state.to_vec().len() == self.window_anchor.state.to_vec().len()
-            });
+            let follows = before.is_none_or(|leg| leg.events <= events);
+            let known = at.or(known).filter(|_| follows && events < self.events.len());
             let begins = match begins {
                 Begins::Silently => Some(Begins::Silently),
                 Begins::WithContact => Some(Begins::WithContact),
@@ -124,13 +122,23 @@ impl<M: Recorded> Run<M> {
                     impact.or_else(|| self.resolved(events)).map(Begins::WithImpact)
                 }
             };
-            let Some(((clock, state), begins)) = known.zip(begins) else {
+            let leg = known.zip(begins).map(|((clock, state), begins)| {
+                let anchor = Anchor { clock, state, phase, touching };
+                TracedLeg { events, begins, anchor, skips }
+            });
+            let is_of_model = |leg: &TracedLeg<M>| {
+                let impact = match &leg.begins {
+                    Begins::WithImpact(impact) => Some(impact),
+                    _ => None,
+                };
+                self.system.has_leg(&leg.anchor, impact)
+            };
+            let Some(leg) = leg.filter(is_of_model) else {
                 let name = format!("legs[{place}]");
-                let allowed = "a leg after the one before it, with its start";
+                let allowed = "a leg after the one before it, with its start, of the run's machine";
                 return Err(ParameterError::new(name, format!("after {events} events"), allowed));
             };
-            let anchor = Anchor { clock, state, phase, touching };
-            legs.push(TracedLeg { events, begins, anchor, skips });
+            legs.push(leg);
         }
         self.trace.legs = Some(legs);
         Ok(self)
@@ -162,6 +170,10 @@ impl<M: Recorded> Run<M> {
             let value = format!("{tables:?} rows of impacts, grazes and contacts");
             return Err(ParameterError::new("events", value, "an event for each row"));
         }
+        if !M::has_rows(self) {
+            let allowed = "stops and coordinates of the run's machine";
+            return Err(ParameterError::new("rows", "those of another one", allowed));
+        }
         Ok(())
     }
 
@@ -171,7 +183,10 @@ impl<M: Recorded> Run<M> {
         for (place, copies) in self.trace.copies.iter().enumerate() {
             let Copies { first, events, periods, times } = *copies;
             let end = times.checked_mul(events).and_then(|all| all.checked_add(first));
+            let last = self.final_state.clock.period;
+            let ends = periods.checked_mul(i64::try_from(times).unwrap_or(i64::MAX));
             let begins = from.max(events) <= first && events > 0 && periods > 0 && times > 0;
+            let begins = begins && ends.is_some_and(|end| end <= last);
             let end = end.filter(|&end| begins && end <= self.trace.residuals.len());
             let Some(end) = end else {
                 let (name, value) = (format!("copies[{place}]"), format!("{copies:?}"));

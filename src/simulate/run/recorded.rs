@@ -57,6 +57,14 @@ pub trait Recorded: Model {
     fn passed_over(clock: Clock, state: &Self::State) -> Option<AnchorOf<Self>>;
     /// What the impact of a row does, where one contact is struck alone.
     fn resolved(&self, row: &Self::ImpactRow) -> Option<Self::Impact>;
+    /// Whether a leg, and the impact that it begins with, are of this model: a file can say anything.
+    fn has_leg(&self, _leg: &AnchorOf<Self>, _impact: Option<&Self::Impact>) -> bool {
+        true
+    }
+    /// Whether all rows of a run are.
+    fn has_rows(_run: &Run<Self>) -> bool {
+        true
+    }
     /// u before an impact.
     fn approach(event: &Self::Event) -> f64;
     /// Whether legs are noted that the events of a run do not tell.

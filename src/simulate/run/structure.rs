@@ -143,6 +143,11 @@ fn contact_row(e: &StopContactEvent, kind: EventKind) -> StopContactRecord {
     }
 }
 
+/// Whether a state has the numbers of this structure.
+fn has_state(structure: &Structure, StructureState { q, v }: &StructureState) -> bool {
+    [q.len(), v.len()] == [structure.coordinates(); 2]
+}
+
 impl Recorded for Structure {
     type ImpactRow = StopImpactRecord;
     type GrazeRow = StopGrazeRecord;
@@ -226,6 +231,27 @@ impl Recorded for Structure {
         let mut velocities = row.v_pre.clone();
         let stop = usize::try_from(row.stop).ok().filter(|&stop| stop < self.stops().len())?;
         strike(self, stop, row.approach_velocity, &mut velocities).ok()
+    }
+
+    fn has_leg(&self, leg: &AnchorOf<Self>, impact: Option<&StopImpact>) -> bool {
+        let Touching { at, were_closed, pending, .. } = &leg.touching;
+        let closed = at.iter().map(|(stop, _)| stop).chain(were_closed);
+        let struck = pending.iter().chain(impact).map(|impact| impact.stop);
+        has_state(self, &leg.state)
+            && closed.map(|&stop| stop as usize).chain(struck).all(|stop| stop < self.stops().len())
+    }
+
+    fn has_rows(run: &Run<Self>) -> bool {
+        let stops = run.system.stops().len();
+        let is_one = |stop: i64| usize::try_from(stop).is_ok_and(|stop| stop < stops);
+        let has_contact = |row: &StopContactRecord| {
+            is_one(row.stop)
+                && row.closed.iter().all(|&stop| is_one(i64::from(stop)))
+                && has_state(&run.system, &row.state)
+        };
+        run.impacts.iter().all(|row| is_one(row.stop))
+            && run.grazes.iter().all(|row| is_one(row.stop))
+            && run.contacts.iter().all(has_contact)
     }
 
     fn approach(event: &StructureEvent) -> f64 {
