@@ -308,7 +308,7 @@ def test_rows_of_stops_that_there_are_not_are_named(table):
     core = run._core
     parts = {name: getattr(core, name) for name in ("impacts", "events", "grazes", "contacts")}
     parts[table] = {**parts[table], "stop": parts[table]["stop"] + 99}
-    with pytest.raises(vi.ParameterError, match="rows = .* stops"):
+    with pytest.raises(vi.ParameterError, match=r"rows = .* stops"):
         type(core).from_parts(
             run.system._compiled,
             core.to_json(),
