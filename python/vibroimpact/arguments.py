@@ -44,9 +44,14 @@ def in_short(value: object) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
 
 
-def reject(name: str, value: object, allowed: str) -> NoReturn:
-    """Raise the ParameterError for ``name``; the wording is that of the compiled core."""
-    raise ParameterError(f"{name} = {in_short(value)} is not allowed; allowed: {allowed}")
+def reject(name: str, value: object, allowed: str, *, known: Sequence[str] = ()) -> NoReturn:
+    """Raise the ParameterError for ``name``; the wording is that of the compiled core.
+
+    Where one of the ``known`` names is wanted, the error says which was meant.
+    """
+    hint = close_to(value, known) if known and isinstance(value, str) else ""
+    hint = hint or ";"
+    raise ParameterError(f"{name} = {in_short(value)} is not allowed{hint} allowed: {allowed}")
 
 
 def number(name: str, value: Any, allowed: str = "a finite number") -> float:

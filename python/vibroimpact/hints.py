@@ -61,7 +61,7 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     names = [*known]
     tables = (_OTHER_NAMES, _OTHER_KINDS)
     others = [other for each in _spelled(name) for table in tables for other in table.get(each, ())]
-    others += [_OTHER_COLUMNS.get(name, ""), f"{name}_0"]
+    others += [_OTHER_COLUMNS.get(name, ""), f"{name}_0", f"{name}[0, 0]"]
     if match := _NUMBERED.fullmatch(name):
         others.append(f"{_OTHER_PARTS.get(match[1])}{match[2]}")
     meant = [other for other in others if other in names]
@@ -87,7 +87,7 @@ def close_to(name: str, known: Iterable[str]) -> str:
     names = [*known]
     others = (other for each in _spelled(name) for other in (each, *_OTHER_NAMES.get(each, ())))
     if "mass_ratio" in names and (own := _OF_STRUCTURES & {name}) and not own & {*names}:
-        return "; a vibroimpact.Structure takes masses, springs and stops of your own, as matrices"
+        return "; a vibroimpact.Structure takes masses, springs and stops of your own, as matrices."
     physical = [each for each in others if each in IN_SI]
     if physical and "mass_ratio" in names and physical[0] not in names:
         taken = "System.from_physical takes it, and sweeps of such a system vary it with units='SI'"

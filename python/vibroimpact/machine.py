@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -19,6 +20,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+
+# Of more coordinates a message names the first of each kind.
+_MOST_LISTED = 4
+
+
+def first_of_each(coordinates: Sequence[str]) -> list[str]:
+    """Return names of coordinates for a message: there may be hundreds."""
+    if len(coordinates) <= _MOST_LISTED:
+        return [*coordinates]
+    half = len(coordinates) // 2
+    return [f"{coordinates[0]} ...", f"{coordinates[half]} ..."]
 
 
 @interruptible
@@ -89,6 +102,21 @@ class Machine(ByValue, Shown):
     def _numbers_in_words(self) -> str:
         """The same for a message."""
         return ", ".join(self._numbers_by_name)
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        """The names of what a run is differentiated by: numbers, and coordinates of its start."""
+        return (*self._numbers_by_name, *self._coordinates_by_name)
+
+    @property
+    def _names_in_words(self) -> str:
+        """The same for a message."""
+        return ", ".join((self._numbers_in_words, *first_of_each(self._coordinates_by_name)))
+
+    @property
+    def _by_function(self) -> str:
+        """What makes a machine vary by a number that has no name, for a message."""
+        return f"a function of it that makes the {self._WHAT}"
 
     @property
     def _made_as(self) -> str:

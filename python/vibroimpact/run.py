@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .archived import Parts
 from .arguments import reject
-from .errors import ParameterError, SimulationError
-from .hints import close_to
+from .errors import SimulationError
 from .interruption import interruptible
 from .period_report import Evidence as Evidence
 from .period_report import PeriodReport as PeriodReport
@@ -213,11 +212,9 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         for name in names:
             if not isinstance(name, str):
                 reject("names", name, 'names, each an argument of its own: "gap", "v1"')
-            known = (*self.system._numbers_by_name, *self.system._coordinates_by_name)
-            if name not in known:
-                hint = close_to(name, known) or ";"
-                allowed = ", ".join(known)
-                raise ParameterError(f"names = {name!r} is not allowed{hint} allowed: {allowed}")
+            if name not in (known := self.system._names):
+                more = f"any other number by vibroimpact.gradient, with {self.system._by_function}"
+                reject("names", name, f"{self.system._names_in_words}; {more}", known=known)
         try:
             core = _core.sensitivity(self._core, self._initial, names)
         except SimulationError as error:

@@ -18,7 +18,7 @@ from .arguments import complex_vector, in_short, matrix, number, reject, unknown
 from .errors import ParameterError
 from .modal_basis import ModalBasis
 from .restitution import OF_POWER_LAWS, OF_TABLES
-from .stop import Stop, numbered
+from .stop import OF_DRIVE, Stop, is_of_stops, numbered
 from .structure import Structure
 
 Array = NDArray[np.float64]
@@ -43,6 +43,8 @@ _KNOWN: Final = (
     "amplitude_0, phase_0, of a curve of restitution r_1, r_1_0 ...; q, v of the start; of a "
     "structure from modes also frequencies"
 )
+# Coordinates whose entries of matrices may be meant by a name that is none.
+_MOST_TRIED: Final = 8
 # Part of the scale of a number over which a function of it is differentiated: the error of the
 # differences, of fourth order, is then the rounding of the fields over the step.
 _STEP: Final = 1e-3
@@ -62,6 +64,7 @@ def directions(structure: Structure, names: tuple[Any, ...], given: Mapping[str,
     for name in names:
         if not isinstance(name, str):
             reject("names", name, "a name; directions are given by keyword")
+        _check_name(structure, name)
         by.append((name, _named_in_modes(structure, name)))
     for name, direction in given.items():
         if callable(direction) or (isinstance(direction, tuple) and len(direction) == 2):
@@ -72,6 +75,21 @@ def directions(structure: Structure, names: tuple[Any, ...], given: Mapping[str,
         else:
             by.append((name, _fields(structure, name, direction)))
     return by
+
+
+def _check_name(structure: Structure, name: str) -> None:
+    """Refuse what no structure has under this name; what this one lacks is refused later."""
+    own = numbered(name)
+    of_start = own is not None and own.what in _START
+    if name in OF_DRIVE or is_of_stops(name) or of_start or _ENTRY.fullmatch(name):
+        return
+    shown = range(min(structure.coordinates, _MOST_TRIED))
+    entries = [f"{matrix}[{i}, {j}]" for matrix in _MATRICES for i in shown for j in shown]
+    allowed = (
+        f"{structure._names_in_words}; an entry of mass, stiffness or damping, stiffness[0, 0] "
+        f"...; any other number by keyword, name=(function, value): {structure._by_function}"
+    )
+    reject("names", name, allowed, known=(*structure._names, *entries))
 
 
 def _named_in_modes(structure: Structure, name: str) -> dict[str, Any] | None:

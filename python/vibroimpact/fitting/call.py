@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import count, number, pair, reject, several
 from ..errors import Interrupted, ParameterError, StateError
-from ..hints import close_to
 from ..interruption import interruptible
 from ..machine import Machine
 from ..machine_kinds import is_maker
@@ -355,11 +354,7 @@ def _check_records(records: list[Record], system: Machine) -> None:
     for place, record in enumerate(records):
         where = f"record[{place}]" if len(records) > 1 else "record"
         if record.kind not in kinds:
-            hint = close_to(record.kind, kinds) or ";"
-            raise ParameterError(
-                f"{where}.kind = {record.kind!r} is not allowed{hint} allowed: "
-                f"{kinds_in_words(system)}"
-            )
+            reject(f"{where}.kind", record.kind, kinds_in_words(system), known=kinds)
         late = np.flatnonzero(record.times > longest)
         if len(late):
             row = int(late[0])

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import count, not_negative, positive, reject, vector
 from ..errors import ParameterError
-from ..hints import close_to
 from ..interruption import interruptible
 from ..run_record import AnyRun, RunRecord
 from .jumps import jumps_at_impacts
@@ -89,10 +88,7 @@ def measure(
     need_run(run)
     kinds = kinds_of(run.system)
     if not isinstance(what, str) or what not in kinds:
-        hint = close_to(what, kinds) if isinstance(what, str) else ""
-        raise ParameterError(
-            f"what = {what!r} is not allowed{hint or ';'} allowed: {kinds_in_words(run.system)}"
-        )
+        reject("what", what, kinds_in_words(run.system), known=kinds)
     if run.kept_from > 0.0:
         reject("run", run, "a run that keeps all, from t = 0 on: simulated without keep=")
     noise, jitter = not_negative("noise", noise), not_negative("jitter", jitter)

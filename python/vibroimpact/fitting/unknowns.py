@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from ..arguments import in_short, number, pair, reject
 from ..errors import ParameterError
-from ..hints import close_to
-from ..machine import Machine
+from ..machine import Machine, first_of_each
 from ..made import Made, numbers_of, value_of, varied
 from .ranges import natural_range
 
@@ -80,8 +79,7 @@ def unknowns_of(given: Any, machine: Any, initial: Array) -> Unknowns:
         many = coordinates if name == START else (name,)
         for each in many:
             if each not in numbers and each not in coordinates:
-                hint = close_to(each, (*numbers, *coordinates, START)) or ";"
-                raise ParameterError(f"unknown = {each!r} is not allowed{hint} allowed: {known}")
+                reject("unknown", each, known, known=(*numbers, *coordinates, START))
             if each in ranges:
                 reject("unknown", each, "each name once")
             low, high = natural_range(machine, each)
@@ -119,13 +117,12 @@ def unknowns_of(given: Any, machine: Any, initial: Array) -> Unknowns:
 
 def known_of(machine: Machine) -> str:
     """Return in words what can be unknown."""
-    coordinates = ", ".join(machine._coordinates_by_name)
     if isinstance(machine, Made):
-        own, more = ", ".join(machine._numbers), ""
+        names, more = (*machine._numbers, *first_of_each(machine._coordinates_by_name)), ""
     else:
-        own = machine._numbers_in_words
-        more = "; any other number by a function of it that makes the system"
-    return f"{own}, {coordinates}, or {START!r} for all of the start{more}"
+        names = (machine._names_in_words,)
+        more = f"; any other number by {machine._by_function}"
+    return f"{', '.join(names)}, or {START!r} for all of the start{more}"
 
 
 def named(given: Any, known: str) -> list[tuple[str, Any]]:

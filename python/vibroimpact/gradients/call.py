@@ -11,10 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._core import CHATTER_TOLERANCE
 from ..arguments import in_short, number, reject
-from ..errors import ParameterError
-from ..hints import close_to
 from ..interruption import interruptible
-from ..machine import Machine
+from ..machine import Machine, first_of_each
 from ..machine_kinds import is_maker
 from ..made import basis_of, check_names, is_coordinate, machine_made, varied
 from ..simulation import simulated
@@ -157,12 +155,10 @@ def _given(system: Any, names: Any, initial: Any) -> tuple[Any, Array, list[str]
         reject("system", system, "a System, a Structure, or a function that makes one")
     coordinates = [name for name in values if name in system._coordinates_by_name]
     numbers = [name for name in values if name not in coordinates]
-    known = system._numbers_by_name
     for name in numbers:
-        if name not in known:
-            allowed = f"{system._numbers_in_words}, {', '.join(system._coordinates_by_name)}"
-            hint = close_to(name, (*known, *system._coordinates_by_name)) or ";"
-            raise ParameterError(f"names = {name!r} is not allowed{hint} allowed: {allowed}")
+        if name not in system._numbers_by_name:
+            allowed = f"{system._names_in_words}; any other number by {system._by_function}"
+            reject("names", name, allowed, known=system._names)
     changed = {k: value for k, value in values.items() if k in numbers and value is not None}
     machine = varied(system, changed) if changed else system
     return machine, _started(machine, values, initial), numbers, coordinates
@@ -180,8 +176,8 @@ def _made(
     sizes = {name: abs(value) or 1.0 for name, value in numbers.items()}
     machine = machine_made(function, numbers, sizes)
     for name in coordinates:
-        if name not in machine._coordinates_by_name:
-            reject("names", name, f"coordinates {', '.join(machine._coordinates_by_name)}")
+        if name not in (known := machine._coordinates_by_name):
+            reject("names", name, f"coordinates {', '.join(first_of_each(known))}", known=known)
     return machine, _started(machine, values, initial), [*numbers], coordinates
 
 

@@ -12,12 +12,13 @@ from .. import _core
 from .._core import CHATTER_TOLERANCE
 from ..arguments import axis, count, flag, number, optional_count, positive, reject, swept
 from ..horizons import kept_periods
+from ..machine import first_of_each
 from ..machine_kinds import is_maker
 from ..made import names_of
 from .fields import STATUS, ChunkResult, Field, RowGroup
 from .grid import Grid
 from .grid_machine import START, GridMachine, Rows, with_coordinates
-from .machines import first_of_each, machine_of, need_machine
+from .machines import machine_of, need_machine
 from .made_cells import CellsToMake, Made
 
 # Periods that are kept of each run unless given, or all if there are fewer.

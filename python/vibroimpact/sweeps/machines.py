@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -153,14 +153,6 @@ def machine_of(system: Any) -> GridMachine:
     from .structure_machine import StructureMachine  # who works without pays nothing
 
     return StructureMachine(system)
-
-
-def first_of_each(coordinates: Sequence[str]) -> list[str]:
-    """Return names of coordinates for a message: there may be hundreds."""
-    if len(coordinates) <= len(COORDINATES):
-        return [*coordinates]
-    half = len(coordinates) // 2
-    return [f"{coordinates[0]} ...", f"{coordinates[half]} ..."]
 
 
 def need_machine(system: Any) -> None:

@@ -27,7 +27,7 @@ from ...errors import Interrupted
 from ...horizons import kept_periods
 from ...interruption import interruptible
 from ...keyword_types import Coordinates, completing
-from ...machine import Machine
+from ...machine import Machine, first_of_each
 from ...scales import Scales, Units
 from ...system import System
 from ..cluster import check_client
@@ -36,7 +36,7 @@ from ..engine import compute
 from ..fields import STATUS, STATUS_NAMES, ChunkResult
 from ..grid import Grid
 from ..grid_machine import GridMachine, with_coordinates
-from ..machines import first_of_each, machine_of
+from ..machines import machine_of
 from ..store import folder_of_stores, store_in
 from .attractors import Attractor
 from .region import Follow
