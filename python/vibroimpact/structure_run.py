@@ -50,6 +50,9 @@ _WIDE = ("q", "v", "v_pre", "v_post")
 class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
     """One simulated motion of a structure, as ``simulate`` returns it.
 
+    States are arrays (2, N), rows q and v; several of them, as ``stroboscopic`` and
+    ``trajectory(t)``, are (k, 2, N): times, then q and v, then the N coordinates.
+
     Examples
     --------
     A mass on a spring, driven, with a stop:
@@ -116,7 +119,12 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
 
     @cached_property
     def stroboscopic(self) -> Array:
-        """Kept stroboscopic states, (k, 2, N): rows q and v; k = 0 without a drive period."""
+        """Kept stroboscopic states, shape (k, 2, N); k = 0 without a drive period.
+
+        First axis: the kept drive periods, the earliest first, with the state at the end of each,
+        or at ``section_phase``. Second: q and v. Third: the N coordinates, of a structure from
+        modes its points. ``stroboscopic[:, 0, 1]`` is q_1 once per period, ``[:, 1, 1]`` its rate.
+        """
         return read_only(self._system._from_core(self._core.stroboscopic))
 
     @cached_property
