@@ -76,7 +76,7 @@ class PeriodReport:
         The evidence for the label.
     label
         ``"3-4"``, ``"1-0"``, ``"2-inf"``, ``"quasi-periodic"``, ``"chaotic"`` or
-        ``"unresolved"``.
+        ``"unresolved"``; `evidence` says why it is that, as with fewer than four kept periods.
 
     Examples
     --------

@@ -165,7 +165,12 @@ class RunRecord(Archived, Shown, Generic[MachineT, CoreT, StartT]):
 
     @property
     def label(self) -> str:
-        """The label of the motion: ``"1-1"``, ``"2-inf"`` (chatter), ``"unresolved"`` ..."""
+        """The label of the motion: ``"1-1"``, ``"2-inf"`` (chatter), ``"unresolved"`` ...
+
+        ``period.evidence`` says in words why it is unresolved. With fewer than four kept drive
+        periods it always is: simulate, or keep, more. From four on the motion is followed beyond
+        the run until it is known, or for ten times the run's own periods, at least 1536.
+        """
         return self.period.label
 
     def _at(self, t: ArrayLike, forces: bool) -> list[Any]:
