@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 # The tables of events, as the core has them.
 _EVENTS = ("events", "grazes", "contacts")
+# The column of impacts that the core does not have.
+_ADDED = "approach_velocity"
 
 
 @interruptible
@@ -76,11 +78,14 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         """
         return self._impacts(self._core.impacts)
 
+    def _columns(self) -> dict[str, tuple[str, ...]]:
+        return {"impacts": (*(_core.IMPACT_DTYPE.names or ()), _ADDED)}
+
     def _impacts(self, rows: NDArray[np.void]) -> Table:
         """Return impacts of the core with their approach velocity."""
         before = np.column_stack([rows[name] for name in ("x1", "v1_pre", "x2", "v2_pre")])
         velocity = np.asarray(self._system.gap_rate(before))
-        return with_column(rows, "approach_velocity", velocity, after="v2_post")
+        return with_column(rows, _ADDED, velocity, after="v2_post")
 
     @cached_property
     def stroboscopic(self) -> NDArray[np.float64]:

@@ -35,9 +35,23 @@ class Shown:
             except AttributeError as error:
                 if name[:1] == "_" or hasattr(type(self), name):
                     raise
-                hint = meant_of_object(name, dir(self), _tables(self))
+                hint = meant_of_object(name, dir(self), self._columns())
                 # With an object Python would add a hint of its own.
                 raise AttributeError(f"{error}{hint}", name=name) from None
+
+    def _columns(self) -> dict[str, tuple[str, ...]]:
+        """Return the columns of its table, for hints, without building it; {} if it has none.
+
+        Here of tables and motions that are fields; where a property makes one, its class knows.
+        """
+        own = getattr(self, "__dict__", {})
+        for table in ("impacts", "solutions"):
+            dtype = getattr(own.get(table), "dtype", None)
+            if names := getattr(dtype, "names", None):
+                return {table: names}
+        first = next(iter(own.get("motions", ())), None)
+        columns = first._columns() if isinstance(first, Shown) else {}
+        return {f"motions[0].{table}": names for table, names in columns.items()}
 
     def _facts(self) -> Facts:
         """Return what the table says, in its order."""
@@ -47,18 +61,6 @@ class Shown:
         """Return the table and the picture as HTML: no script, and nothing from elsewhere."""
         html: str = verb("html")(self, self._facts())
         return html
-
-
-def _tables(shown: Shown) -> dict[str, tuple[str, ...]]:
-    """Return the columns of the table of what has one, or of the first of a sequence of such."""
-    first = "motions" in dir(shown) and next(iter(getattr(shown, "motions", ())), None)
-    for each, where in ((shown, ""), (first, "motions[0]." if first else "")):
-        for table in ("impacts", "solutions"):
-            if table in dir(type(each)) or table in getattr(each, "__dict__", {}):
-                dtype = getattr(getattr(each, table, None), "dtype", None)
-                if names := getattr(dtype, "names", None):
-                    return {f"{where}{table}": names}
-    return {}
 
 
 def counted(number: int, what: str, *, ending: str = "s") -> str:

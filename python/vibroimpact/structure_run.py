@@ -24,6 +24,7 @@ from .run_trace import Trace
 from .structure import Structure
 from .structure_directions import directions as directions_of
 from .structure_run_parts import (
+    IMPACT_COLUMNS,
     TABLES,
     PhysicalSensitivity,
     StructureEnergyAudit,
@@ -301,6 +302,9 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
 
     def _impact_rates(self, found: Any, slopes: Slopes) -> dict[str, Array]:
         return impact_rates(self.system, self.impacts, found, slopes)
+
+    def _columns(self) -> dict[str, tuple[str, ...]]:
+        return {"impacts": IMPACT_COLUMNS}
 
     def _impacts(self, rows: dict[str, NDArray[Any]]) -> Table:
         return self._table(rows)

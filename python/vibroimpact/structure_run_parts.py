@@ -22,6 +22,11 @@ from .tables import Table, of_columns
 Array = NDArray[np.float64]
 
 TABLES: Final = ("impacts", "grazes", "contacts", "events")
+# Of impacts, in order, as the core gives them.
+IMPACT_COLUMNS: Final = (
+    *("time", "period", "time_in_period", "stop", "q", "v_pre", "v_post", "approach_velocity"),
+    *("phase", "regime", "impulse_normal", "impulse_tangential", "energy_loss"),
+)
 # Of a structure from its modes a file has the tables in both coordinates.
 _MODAL: Final = "modal_"
 

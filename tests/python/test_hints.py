@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from small_results import motion
+from small_results import branch, motion
 from two_masses import structure
 from vibroimpact import hints
 from vibroimpact.cli import main
@@ -24,7 +24,8 @@ REQUIRED = {
 SYSTEM = vi.System(**REQUIRED, moment_amplitude=1.0)
 START = (0.0, 0.5, 0.0, 0.0)
 RUN = vi.simulate(SYSTEM, initial=START, periods=6)
-RECORD = vi.measure(RUN, "x1", sampling=1.0)
+STRUCTURE = structure()
+REST = np.zeros((2, STRUCTURE.coordinates))
 
 
 @pytest.mark.parametrize(
@@ -318,101 +319,42 @@ def test_a_column_of_a_table_is_no_attribute_of_what_has_the_table(name, attribu
         getattr(made[name](), attribute)
 
 
-@pytest.mark.parametrize(("name", "meant"), [("gapp", "gap"), ("omega", "drive_frequency")])
-def test_what_a_run_cannot_be_differentiated_by_is_answered_by_what_it_can(name, meant):
-    with pytest.raises(vi.ParameterError, match=f"did you mean {meant}\\?"):
-        RUN.sensitivity(name)
-
-
-STRUCTURE = structure()
-MOVING = vi.simulate(STRUCTURE, initial=np.zeros((2, STRUCTURE.coordinates)), periods=3)
-
-
-@pytest.mark.parametrize(
-    ("name", "meant"),
-    [
-        ("gpa", "gap"),
-        ("omega", "drive_frequency"),
-        ("x1", "q_0"),
-        ("q", "q_0"),
-        ("gap_00", "gap_0"),
-        ("mass", r"mass\[0, 0\]"),
-        ("stifness[0, 1]", r"stiffness\[0, 1\]"),
-    ],
-)
-def test_the_same_of_a_structure(name, meant):
-    with pytest.raises(vi.ParameterError, match=f", did you mean {meant}\\? allowed: drive_freq"):
-        MOVING.sensitivity(name)
-
-
-def first(run):
-    """When the first impact comes."""
-    return run.impacts["time"][0]
-
-
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda: RUN.sensitivity("gpa"), "names = 'gpa' is not allowed, did you mean gap?"),
-        (
-            lambda: MOVING.sensitivity("gpa"),
-            "names = 'gpa' is not allowed, did you mean gap?",
+def fresh(kind):
+    """A result whose table nobody has asked for yet."""
+    made = {
+        "run": lambda: vi.simulate(SYSTEM, initial=START, periods=6),
+        "structure": lambda: vi.simulate(STRUCTURE, initial=REST, periods=6),
+        "motion": lambda: RUN.refine(),
+        "diagram": lambda: vi.bifurcation_diagram(
+            STRUCTURE, initial=REST, periods=20, drive_frequency=[1.2, 1.3], labels=False
         ),
-        (
-            lambda: vi.gradient(first, SYSTEM, "gpa", initial=START, periods=3),
-            "names = 'gpa' is not allowed, did you mean gap?",
-        ),
-        (
-            lambda: vi.gradient(
-                first,
-                lambda gap: SYSTEM.replace(gap=gap),
-                {"gap": 0.5, "q_0": 0.0},
-                initial=START,
-                periods=3,
-            ),
-            "names = 'q_0' is not allowed; allowed: coordinates x1, v1, x2, v2",
-        ),
-        (
-            lambda: vi.fit(RECORD, SYSTEM, initial=START, unknown="gpa"),
-            "unknown = 'gpa' is not allowed, did you mean gap?",
-        ),
-        (
-            lambda: vi.fit(
-                vi.Record("q_0", RECORD.times, RECORD.values), SYSTEM, initial=START, unknown="gap"
-            ),
-            "record.kind = 'q_0' is not allowed",
-        ),
-        (lambda: vi.measure(RUN, "xx1"), "what = 'xx1' is not allowed, did you mean x1?"),
-        (lambda: RUN.sensitivity("zzz"), "names = 'zzz' is not allowed; allowed: mass_ratio, "),
-        (
-            lambda: RUN.sensitivity("mass"),
-            "names = 'mass' is not allowed; a vibroimpact.Structure takes masses, springs and "
-            "stops of your own, as matrices. allowed: mass_ratio, ",
-        ),
-    ],
-)
-def test_a_value_that_is_no_name_is_refused_alike_everywhere(call, said):
-    with pytest.raises(vi.ParameterError, match=f"^{re.escape(said)}"):
-        call()
+    }
+    return made[kind]()
 
 
-def test_a_number_of_ones_own_is_led_to_what_differentiates_by_it():
-    with pytest.raises(vi.ParameterError, match=r"by vibroimpact\.gradient, with a function of it"):
-        RUN.sensitivity("mass")
+@pytest.mark.parametrize("kind", ["run", "structure", "motion", "diagram"])
+def test_a_name_that_is_none_builds_no_table(kind, monkeypatch):
+    thing = fresh(kind)
+    column = "regime"
+    with monkeypatch.context() as patch:
+        # A table that is built is either kept, or built by this property again.
+        patch.setattr(type(thing), "impacts", property(lambda _: pytest.fail("built")))
+        assert not hasattr(thing, "nonsense")
+        with pytest.raises(AttributeError, match=rf"did you mean impacts\['{column}'\]\?$"):
+            getattr(thing, column)
+    assert "impacts" not in vars(thing)
+    # What the hint knows is what the table has.
+    assert set(thing._columns()["impacts"]) == set(thing.impacts.dtype.names)
 
-    def made(mass):
-        return STRUCTURE.replace(mass=mass * np.array(STRUCTURE.mass))
 
-    with pytest.raises(vi.ParameterError, match=r"name=\(function, value\): a function of it"):
-        MOVING.sensitivity("payload")
-    # Both ways that the errors name are ways.
-    assert MOVING.sensitivity(payload=(made, 1.0)).names == ("payload",)
-    value, slope = vi.gradient(
-        first, lambda width: SYSTEM.replace(gap=width), {"width": 0.5}, initial=START, periods=3
-    )
-    assert value == RUN.impacts["time"][0]
-    # Differences of the function are exact to rounding over their step.
-    assert slope[0] == pytest.approx(RUN.sensitivity("gap").impacts.time[0, 0], rel=1e-9)
+def test_a_name_that_is_none_judges_no_motion_of_a_branch(monkeypatch):
+    found = branch()
+    with monkeypatch.context() as patch:
+        patch.setattr(type(found.pieces[0]), "motion", lambda *_: pytest.fail("judged"))
+        assert not hasattr(found, "nonsense")
+        with pytest.raises(AttributeError, match=r"did you mean motions\[0\]\.impacts\['x1'\]"):
+            found.x1  # noqa: B018
+    assert found.motions[0].impacts["x1"].ndim == 1
 
 
 def test_derivatives_of_impacts_are_no_table():

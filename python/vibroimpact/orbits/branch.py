@@ -24,7 +24,7 @@ from ..tables import frame
 from ..verbs import verb
 from .bifurcation import Bifurcation
 from .kinds import BifurcationKind, BranchEnd
-from .motion import NEUTRAL, PeriodicMotion
+from .motion import IMPACT_DTYPE, NEUTRAL, PeriodicMotion
 
 if TYPE_CHECKING:
     import pandas
@@ -240,6 +240,12 @@ class Branch(Shown):
     def motions(self) -> tuple[PeriodicMotion, ...]:
         """The motion at each point, with its verdict, k of them; judged anew at each access."""
         return tuple(piece.motion(k) for piece in self.pieces for k in range(len(piece.values)))
+
+    def _columns(self) -> dict[str, tuple[str, ...]]:
+        # Motions of structures have no table.
+        if not self.pieces or not isinstance(self.pieces[0].system, System):
+            return {}
+        return {"motions[0].impacts": IMPACT_DTYPE.names or ()}
 
     def __len__(self) -> int:
         """Return the number of points."""

@@ -155,6 +155,9 @@ class PeriodicMotion(Repeating):
         humps = self.itinerary.humps(self.system._compiled, self.nodes)
         return max((hump[1] for hump in humps if hump is not None), default=-math.inf)
 
+    def _columns(self) -> dict[str, tuple[str, ...]]:
+        return {"impacts": IMPACT_DTYPE.names or ()}
+
     @cached_property
     def impacts(self) -> Table:
         """Impacts of one orbit, without those of chatter, in order of time: structured array.

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..interruption import interruptible
 from ..structure_run import StructureRun
+from ..structure_run_parts import IMPACT_COLUMNS
 from ..tables import Table, of_columns
 from .diagram_results import AnyDiagram
 
@@ -28,6 +29,9 @@ class StructureDiagram(AnyDiagram[StructureRun]):
     """
 
     kind = "structure_diagram"
+
+    def _columns(self) -> dict[str, tuple[str, ...]]:
+        return {"impacts": IMPACT_COLUMNS}
 
     @property
     def impacts(self) -> Table:
