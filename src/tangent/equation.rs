@@ -202,7 +202,7 @@ impl Steps {
     pub fn between(&self, start: (f64, f64), flown: &Flown) -> Option<ByEquation> {
         // No closures: they would not be compiled for what calls this.
         if let Some(response) = &self.response
-            && let Some(told) = response.after(&self.wanted, flown)
+            && let Some(told) = response.after(&self.wanted, start, flown)
         {
             return Some(told);
         }

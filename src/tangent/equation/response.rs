@@ -1,10 +1,20 @@
-//! Derivatives of one body's flight by what drives it, from its steady response.
+//! Derivatives of one body's flight by the numbers of its equation in closed form, from its steady
+//! response and its free oscillation.
 //!
 //! With z = e^(i psi) the response to f cos psi is Re(f G z), G = 1/(w^2 - omega^2 + 2 i zeta w omega).
 //! Derivatives by f, psi and omega begin at rest: they are those of the response, without what the
 //! free oscillation makes of them at the start. By a constant load c the response is c/w^2.
 //!
-//! Far from resonance, and in flights that are not short, nothing cancels in that.
+//! The damping and the natural frequency change the free oscillation, too. With a = zeta w and
+//! D = w^2 - a^2 it takes what differs from the response on by
+//!
+//! ```text
+//! p + a q     q            p = e^(-a t) cos(sqrt(D) t)      dp = -t p da - t q dD/2
+//! -w^2 q      p - a q      q = e^(-a t) sin(sqrt(D) t)/sqrt(D)
+//!                          dq = -t q da + (t p - q) dD/(2 D).
+//! ```
+//!
+//! Far from resonance and critical damping, and in flights that are not short, nothing cancels in that.
 
 #![allow(clippy::inline_always)] // what calls it is compiled for several instruction sets
 
@@ -19,13 +29,18 @@ type Complex = [f64; 2];
 /// The steady response of a body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Response {
-    amplitude: f64,
+    body: Body<f64>,
     omega: f64,
-    /// G, and its derivative by omega.
+    /// f G, G, and its derivatives by omega, w and zeta.
+    ahead: Complex,
     unit: Complex,
     by_omega: Complex,
-    /// 1/w^2.
+    by_natural: Complex,
+    by_damping: Complex,
+    /// 1/w^2, a, and a/D.
     flexibility: f64,
+    decay: f64,
+    per_distance: f64,
     shortest: f64,
 }
 
@@ -47,60 +62,106 @@ impl Response {
         let [re, im] = [stiffness - omega * omega, decay * omega];
         let size = re * re + im * im;
         let enough = OFF_RESONANCE * fastest * fastest;
+        let distance = stiffness - 0.25 * decay * decay;
         let tells = |coefficient: &Coefficient| match coefficient {
-            Coefficient::Natural | Coefficient::Damping => false,
+            Coefficient::Natural | Coefficient::Damping => {
+                let turns = stiffness >= enough && distance.abs() >= enough;
+                turns && (body.amplitude == 0.0 || size.sqrt() >= enough)
+            }
             Coefficient::Constant => stiffness >= enough,
             Coefficient::Omega | Coefficient::Phase | Coefficient::Amplitude => {
                 size.sqrt() >= enough
             }
         };
         let unit = [re / size, -im / size];
-        // G' = -G^2 (2 i zeta w - 2 omega).
-        let by_omega = times(times(unit, unit), [2.0 * omega, -decay]);
+        // dG = -G^2 d(1/G).
+        let square = times(unit, unit);
+        let by = |re: f64, im: f64| times(square, [-re, -im]);
         wanted.iter().all(tells).then(|| Self {
-            amplitude: body.amplitude,
+            body: *body,
             omega,
+            ahead: multiplied(unit, 0.0, body.amplitude),
             unit,
-            by_omega,
+            by_omega: by(-2.0 * omega, decay),
+            by_natural: by(2.0 * body.natural, 2.0 * body.damping * omega),
+            by_damping: by(0.0, 2.0 * body.natural * omega),
             flexibility: 1.0 / stiffness,
+            decay: 0.5 * decay,
+            per_distance: 0.5 * decay / distance,
             shortest: SHORTEST_RESPONSE / fastest,
         })
     }
 
-    /// Derivatives after a flight; `None` after a short one.
+    /// Derivatives after a flight from displacement and rate; `None` after a short one.
     #[inline(always)]
-    pub fn after(&self, wanted: &[Coefficient], flown: &Flown) -> Option<ByEquation> {
-        let &Self { amplitude, omega, unit, by_omega, flexibility, shortest } = self;
+    pub fn after(
+        &self,
+        wanted: &[Coefficient],
+        start: (f64, f64),
+        flown: &Flown,
+    ) -> Option<ByEquation> {
+        let &Self { ref body, omega, unit, ahead, flexibility, .. } = self;
         let &Flown { time, transition: [[xx, _], [vx, _]], .. } = flown;
-        if time < shortest {
+        if time < self.shortest {
             return None;
         }
+        let turning = |response: Complex| [response, multiplied(response, omega, 0.0)];
+        let by_constant = [(1.0 - xx) * flexibility, -vx * flexibility];
         let mut columns = [[0.0; 2]; COEFFICIENTS];
-        let ahead = multiplied(unit, amplitude, 0.0);
         for &coefficient in wanted {
             columns[coefficient as usize] = match coefficient {
-                Coefficient::Amplitude => {
-                    let both = [unit, multiplied(unit, omega, 0.0)];
-                    flown.at_rest_before(both, both)
-                }
+                Coefficient::Amplitude => flown.at_rest_before(turning(unit), turning(unit)),
                 Coefficient::Phase => {
-                    let both = [ahead, multiplied(ahead, omega, 0.0)];
-                    flown.at_rest_before(both, both)
+                    let quarter = turning(multiplied(ahead, 1.0, 0.0));
+                    flown.at_rest_before(quarter, quarter)
                 }
                 Coefficient::Omega => {
-                    let from = multiplied(by_omega, 0.0, amplitude);
-                    let to = sum(from, multiplied(ahead, 0.0, time));
-                    let [rate, rate_there] = [
-                        sum(ahead, multiplied(from, omega, 0.0)),
-                        sum(ahead, multiplied(to, omega, 0.0)),
-                    ];
-                    flown.at_rest_before([from, rate], [to, rate_there])
+                    let from = multiplied(self.by_omega, 0.0, body.amplitude);
+                    let to = sum(from, multiplied(ahead, time, 0.0));
+                    let [[_, rate], [_, rate_there]] = [turning(from), turning(to)];
+                    // i omega changes with omega.
+                    let own = multiplied(ahead, 1.0, 0.0);
+                    flown.at_rest_before([from, sum(rate, own)], [to, sum(rate_there, own)])
                 }
-                Coefficient::Constant => [(1.0 - xx) * flexibility, -vx * flexibility],
-                Coefficient::Natural | Coefficient::Damping => return None,
+                Coefficient::Constant => by_constant,
+                Coefficient::Natural | Coefficient::Damping => {
+                    let is_natural = coefficient == Coefficient::Natural;
+                    let by = if is_natural { self.by_natural } else { self.by_damping };
+                    let response = turning(multiplied(by, 0.0, body.amplitude));
+                    let own = self.own(start, flown, is_natural);
+                    let driven = flown.at_rest_before(response, response);
+                    // d(c/w^2)
+                    let loaded = if is_natural { -2.0 * body.constant / body.natural } else { 0.0 };
+                    [0, 1].map(|i| own[i] + driven[i] + loaded * by_constant[i])
+                }
             };
         }
         Some(ByEquation(columns))
+    }
+
+    /// What the natural frequency or the damping changes in the free oscillation.
+    #[inline(always)]
+    fn own(&self, (x, v): (f64, f64), flown: &Flown, is_natural: bool) -> Pair {
+        let &Self { ref body, omega, ahead, flexibility, decay, per_distance, .. } = self;
+        let &Flown { start, time, transition: [[xx, q], [_, vv]], .. } = flown;
+        let Body { natural, damping, constant, .. } = *body;
+        let x = x - along(ahead, start) - constant * flexibility;
+        let v = v - along(multiplied(ahead, omega, 0.0), start);
+        let p = 0.5 * (xx + vv);
+        let slower = time * p - q;
+        let (decays, p, q_change, stiffens) = if is_natural {
+            let turns = natural - decay * damping;
+            let (p, q_change) =
+                (-time * (damping * p + turns * q), slower / natural - time * damping * q);
+            (damping, p, q_change, 2.0 * natural * q)
+        } else {
+            let (p, q_change) =
+                (-natural * time * (p - decay * q), -natural * (time * q + per_distance * slower));
+            (natural, p, q_change, 0.0)
+        };
+        let damped = decays * q + decay * q_change;
+        let to_rate = -(stiffens + natural * natural * q_change);
+        [(p + damped) * x + q_change * v, to_rate * x + (p - damped) * v]
     }
 }
 
@@ -145,13 +206,12 @@ mod tests {
     use crate::flight::Drive;
     use crate::model::oblique::Body;
     use crate::numerics::double_double::DoubleDouble;
-    use crate::tangent::equation::{Coefficient, Steps};
+    use crate::tangent::equation::{ALL, Steps};
     use crate::{System, flight::FreeMotion};
 
     #[test]
     fn the_response_has_the_derivatives_of_the_steps() {
-        let wanted =
-            [Coefficient::Phase, Coefficient::Omega, Coefficient::Amplitude, Coefficient::Constant];
+        let wanted = ALL;
         let mut told = 0;
         for i in 0..400 {
             let part = |k: u32| f64::from((i * k + 13) % 101) / 101.0;
@@ -180,7 +240,7 @@ mod tests {
             let end = drive.turned_far(start, DoubleDouble::new(time)).phase;
             let [transition, _] = motion.transitions(time);
             let flown = Flown { start, end, time, transition };
-            let Some(found) = response.after(&steps.wanted, &flown) else { continue };
+            let Some(found) = response.after(&steps.wanted, (0.3, -0.7), &flown) else { continue };
             told += 1;
             let other = steps.after((0.3, -0.7), start, time).unwrap();
             for coefficient in wanted {
