@@ -470,10 +470,4 @@ impl Oscillator {
     pub fn transition(&self, elapsed: DoubleDouble) -> [[f64; 2]; 2] {
         self.equation.transition_by(self.basis_far(elapsed))
     }
-
-    /// What a short time changes in [`Oscillator::transition`], which is none after no time, without the
-    /// rounding of what it leaves.
-    pub fn transition_change(&self, time: f64) -> [[f64; 2]; 2] {
-        self.equation.transition_change_by(self.basis(time))
-    }
 }

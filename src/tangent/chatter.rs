@@ -124,7 +124,7 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
     let pre = fly(model, state, moment, hop);
     let velocities = PreImpact::new(system.contact, &pre.value());
     let impact = resolve(system, &velocities).ok()?;
-    let signs = Signs::of(impact.regime, velocities.v1, velocities.sin);
+    let signs = Signs::of_regime(impact.regime, velocities.v1, velocities.sin);
     let kind = impact.regime.kind();
     let u = impact.approach_velocity;
     let impact = impact_in_regime(model, &pre, kind, signs);

@@ -22,8 +22,10 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
+mod hop;
 mod response;
 
+pub(super) use hop::Hops;
 pub(super) use response::Flown;
 
 use std::sync::OnceLock;
@@ -233,7 +235,7 @@ impl Steps {
             done += level.time;
             left -= 1 << k;
         }
-        let series = self.series.get_or_init(|| Box::new(self.series()));
+        let series = self.known_series();
         series.take(&self.wanted, (time - done) / self.length, (done, &at), &mut columns);
         Some(ByEquation(columns))
     }
@@ -249,7 +251,7 @@ impl Steps {
         if k > 0 {
             return self.twice(self.level(k - 1));
         }
-        let series = self.series.get_or_init(|| Box::new(self.series()));
+        let series = self.known_series();
         let mut added = [[0.0; 12]; COEFFICIENTS];
         for (&wanted, terms) in self.wanted.iter().zip(&series.added) {
             match terms {
@@ -289,8 +291,13 @@ impl Steps {
         }
     }
 
+    #[inline(always)]
+    fn known_series(&self) -> &Series {
+        self.series.get_or_init(|| Box::new(self.made_series()))
+    }
+
     #[inline(never)]
-    fn series(&self) -> Series {
+    fn made_series(&self) -> Series {
         let half = 0.5 * self.fastest * self.length;
         let (mut orders, mut size) = (2, half);
         while size > LEAST_TERM {

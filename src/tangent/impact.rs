@@ -1,6 +1,8 @@
 //! An impact in a given regime, with its derivatives: the impulse path (impact/path.rs) with the
 //! signs of x1' and sin x1 held fixed; and the functions that change sign where the regime ends.
 
+use smallvec::SmallVec;
+
 use super::{Dual, DualState, Model};
 use crate::impact::{PathEnd, RegimeKind, follow};
 use crate::model::angle::Angle;
@@ -47,8 +49,8 @@ pub(super) fn regime_borders<T: Number>(
     (kind, direction): (RegimeKind, f64),
     (switch, end): (T, &PathEnd<T>),
     one_body: bool,
-) -> Vec<BorderValue> {
-    let mut borders = Vec::new();
+) -> SmallVec<[BorderValue; 4]> {
+    let mut borders = SmallVec::new();
     let mut border = |border, value: T| borders.push(BorderValue { border, value: value.value() });
     border(Border::SlipBefore, contact.slip * direction);
     if kind == RegimeKind::Slip {

@@ -11,6 +11,7 @@ mod columns;
 mod contact;
 mod error;
 mod follow;
+mod impact;
 mod legs;
 mod marks;
 mod models;

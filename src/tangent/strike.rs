@@ -15,7 +15,7 @@ use super::Model;
 use super::impact::regime_path;
 use super::itinerary::Signs;
 use crate::flight::{Equation, Flight, FreeMotion};
-use crate::impact::{RegimeKind, slipping_path};
+use crate::impact::{PathEnd, RegimeKind, slipping_path};
 use crate::model::angle::Angle;
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::{Contact, ImpactLaw};
@@ -209,8 +209,8 @@ impl ImpactPoint {
 }
 
 impl ImpactPoint {
-    /// Derivatives of x1' and x2' after an impact in this regime, from those of x1, x1' and x2' before it, at
-    /// its own time, and of mbar, mu and r.
+    /// An impact in this regime with the derivatives of x1' and x2' after it, from those of x1, x1' and x2'
+    /// before it, at its own time, and of mbar, mu and r.
     #[inline(always)]
     pub fn after<const N: usize>(
         &self,
@@ -218,14 +218,13 @@ impl ImpactPoint {
         [mass_ratio, friction, restitution]: [[f64; N]; 3],
         law: ImpactLaw,
         (kind, signs): (RegimeKind, Signs),
-    ) -> [[f64; N]; 2] {
+    ) -> PathEnd<Dual<N>> {
         let number = |value: f64, slope: [f64; N]| Dual { value, slope };
         let Numbers { mass_ratio: m, friction: mu, .. } = self.numbers;
         let numbers = [number(m, mass_ratio), number(mu, friction)];
         let contact = self.contact_of(before, numbers, signs.side.value());
         let r = self.restitution(&contact) + number(0.0, restitution);
-        let (_, end) = regime_path(&contact, (r, &law), kind, signs.direction.value());
-        [end.slip.slope, end.parting.slope]
+        regime_path(&contact, (r, &law), kind, signs.direction.value()).1
     }
 }
 

@@ -250,7 +250,7 @@ impl<const N: usize> Perturbations<N> {
     /// As [`Self::take`], for an impact after a free flight: most legs are such.
     fn take_impact(&mut self, impact: &ImpactEvent, after: &Flight) -> Result<(), LyapunovError> {
         self.note_impact(impact.impact.approach_velocity);
-        let regime = Leg::regime_of(&self.model.system, impact);
+        let regime = Leg::regime_of(&self.model.system, (impact.impact.regime, &impact.pre));
         if self.counts() {
             let (model, orthonormal) = (&self.model, self.orthonormal);
             let PerturbedState { state, clock, at_event, departure, directions } = &mut self.here;

@@ -214,13 +214,6 @@ impl Equation {
         [[1.0 + c1 + shift, sine], [-self.natural_squared * sine, 1.0 + c1 - shift]]
     }
 
-    /// These derivatives less those after no time.
-    #[inline(always)]
-    pub fn transition_change_by(&self, (c1, sine): (f64, f64)) -> [[f64; 2]; 2] {
-        let shift = self.decay_rate * sine;
-        [[c1 + shift, sine], [-self.natural_squared * sine, c1 - shift]]
-    }
-
     /// These derivatives of a body that swings, after a time in which it turns by at most
     /// [`MOST_TURNED`] and its amplitude has this change. With fused operations: for what is compiled
     /// where these are instructions.

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use crate::impact::{Regime, RegimeKind};
 use crate::model::error::ParameterError;
 use crate::model::parameters::System;
+use crate::model::state::State;
 use crate::simulate::event::ImpactEvent;
 
 /// A sign.
@@ -60,16 +61,20 @@ impl Signs {
     /// Of an impact without friction, which does not know them.
     pub(crate) const NONE: Self = Self { direction: Sign::Unknown, side: Sign::Unknown };
 
+    /// Of an impact in this regime, with slip in this direction at first, at this sin x1.
+    #[must_use]
+    pub fn of(kind: RegimeKind, direction: f64, sin: f64) -> Self {
+        match kind {
+            RegimeKind::Frictionless => Self::NONE,
+            _ => Self { direction: Sign::of(direction), side: Sign::of(sin) },
+        }
+    }
+
     /// Of an impact in this regime from these x1' and sin x1.
     #[must_use]
-    pub fn of(regime: Regime, v1: f64, sin: f64) -> Self {
-        match regime {
-            Regime::Frictionless => Self::NONE,
-            Regime::Slip { direction } => {
-                Self { direction: Sign::of(direction), side: Sign::of(sin) }
-            }
-            _ => Self { direction: Sign::of(v1), side: Sign::of(sin) },
-        }
+    pub fn of_regime(regime: Regime, v1: f64, sin: f64) -> Self {
+        let direction = if let Regime::Slip { direction } = regime { direction } else { v1 };
+        Self::of(regime.kind(), direction, sin)
     }
 }
 
@@ -166,18 +171,20 @@ impl FromStr for Leg {
 impl Leg {
     /// The leg that an impact ends.
     pub(super) fn to_impact(system: &System, event: &ImpactEvent) -> Self {
-        let (kind, signs) = Self::regime_of(system, event);
+        let (kind, signs) = Self::regime_of(system, (event.impact.regime, &event.pre));
         Self::Impact(kind, signs)
     }
 
-    /// The regime of an impact, and its signs.
-    pub(crate) fn regime_of(system: &System, event: &ImpactEvent) -> (RegimeKind, Signs) {
-        let regime = event.impact.regime;
+    /// The regime of an impact from this state, and its signs.
+    pub(crate) fn regime_of(
+        system: &System,
+        (regime, pre): (Regime, &State),
+    ) -> (RegimeKind, Signs) {
         if regime == Regime::Frictionless {
             return (regime.kind(), Signs::NONE);
         }
         // The literal law has no |sin x1|. Up to a half turn the angle has the sign of its sine.
-        let x1 = event.pre.x1;
+        let x1 = pre.x1;
         let sin = if !system.law.is_coulomb() {
             1.0
         } else if x1.abs() < 3.0 {
@@ -185,6 +192,6 @@ impl Leg {
         } else {
             x1.sin()
         };
-        (regime.kind(), Signs::of(regime, event.pre.v1, sin))
+        (regime.kind(), Signs::of_regime(regime, pre.v1, sin))
     }
 }

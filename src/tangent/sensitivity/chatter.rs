@@ -7,13 +7,14 @@
 
 use super::columns::{Columns, Differentiated, Here};
 use super::error::SensitivityError;
+use super::impact::FollowedImpact;
 use crate::contact::tolerances::CHATTER_SPACING;
 use crate::impact::RegimeKind;
 use crate::model::parameters::Contact;
 use crate::model::state::{Clock, State};
 use crate::numerics::dual::{Dual, Number};
 use crate::numerics::extrapolation::at_zero;
-use crate::simulate::event::{Event, ImpactEvent};
+use crate::simulate::event::Event;
 use crate::simulate::{Anchor, impacts_hop_by_hop};
 use crate::tangent::itinerary::Leg;
 use crate::tangent::tolerances::{CONVERGED, LOWEST_REVERSING, MOST_EXTRAPOLATED, SAME_SLOPES};
@@ -62,19 +63,24 @@ impl Bounces {
         Self { start: start.clone(), samples: Vec::new(), formula: None, reverses: false }
     }
 
-    /// Takes the next impact, which leads here; whether it is a sample.
-    pub fn take(&mut self, of: &Differentiated, impact: &ImpactEvent, here: &Here) -> bool {
-        let kind = impact.impact.regime.kind();
+    /// Takes the next impact, with u after it, which leads here; whether it is a sample.
+    pub fn take(
+        &mut self,
+        of: &Differentiated,
+        (impact, separation): (&FollowedImpact, f64),
+        here: &Here,
+    ) -> bool {
+        let (kind, _) = impact.regime;
         self.reverses |=
             matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution);
         let direction = impact.pre.v1.is_sign_negative();
-        let piece = of.system.coefficient().piece(impact.impact.approach_velocity);
+        let piece = of.system.coefficient().piece(impact.approach_velocity);
         let formula = (kind, direction, piece);
         if self.formula.replace(formula) != Some(formula) {
             // Only impacts in one regime, with one formula for r, are smooth functions of u.
             self.samples.clear();
         }
-        let u = -impact.impact.separation_velocity;
+        let u = -separation;
         let close = self.samples.last().is_some_and(|last| u > CHATTER_SPACING * last.u);
         if close || u <= 0.0 {
             return false;
@@ -118,8 +124,10 @@ impl Differentiated {
         let mut skipped = impacts_hop_by_hop(&self.system, anchor, clock);
         while !bounces.reverses && !converged(&best) {
             let Some(Event::Impact(impact)) = skipped.next() else { break };
-            self.strike(&mut here, &impact, impact.clock)?;
-            let (formula, sampled) = (bounces.formula, bounces.take(self, &impact, &here));
+            let impact = FollowedImpact::found(&self.system, &impact);
+            let (_, separation) = self.strike(&mut here, &impact, impact.clock)?;
+            let (formula, sampled) =
+                (bounces.formula, bounces.take(self, (&impact, separation), &here));
             if bounces.formula != formula {
                 best = None;
             }
@@ -131,7 +139,7 @@ impl Differentiated {
             {
                 best = Some(limit);
             }
-            if -impact.impact.separation_velocity <= LOWEST_REVERSING * LOWEST_REVERSING {
+            if -separation <= LOWEST_REVERSING * LOWEST_REVERSING {
                 break;
             }
         }

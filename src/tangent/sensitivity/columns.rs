@@ -13,19 +13,18 @@ use smallvec::SmallVec;
 
 use super::by::{Added, By, coefficients};
 use super::error::SensitivityError;
+use super::impact::FollowedImpact;
 use super::models::Models;
 use crate::flight::{FreeMotion, Trig};
 use crate::impact::{RegimeKind, resolve};
-use crate::model::angle::Angle;
 use crate::model::contact_coordinates::PreImpact;
 use crate::model::parameters::{Contact, System};
 use crate::model::state::{Clock, State};
-use crate::numerics::double_double::DoubleDouble;
+use crate::numerics::elementary;
 use crate::numerics::lanes::narrow;
-use crate::simulate::event::ImpactEvent;
 use crate::tangent::Model;
-use crate::tangent::equation::{Flown, Steps, by_phase};
-use crate::tangent::itinerary::{Leg, Signs};
+use crate::tangent::equation::{Flown, Hops, Steps};
+use crate::tangent::itinerary::Signs;
 use crate::tangent::strike::{Departure, ImpactPoint, Numbers, Rates};
 use crate::tangent::tolerances::{LEAST_DERIVATIVE, SHORT_HOP};
 
@@ -48,6 +47,7 @@ pub(super) struct Differentiated {
     pub names: Vec<String>,
     /// Of pendulum and oscillator.
     steps: Arc<[Steps; 2]>,
+    hops: Arc<[Hops; 2]>,
     /// The fastest rate at which anything turns or decays.
     pub(super) fastest: f64,
     /// What contact needs of the system.
@@ -72,11 +72,12 @@ impl Differentiated {
         let bodies = [system.pendulum(), system.oscillator()];
         let wanted = coefficients(&by, system);
         let steps = [0, 1].map(|i| Steps::new(&bodies[i], system.drive_frequency, &wanted[i]));
-        let [pendulum, oscillator] = bodies.map(|body| body.fastest_rate());
+        let [pendulum, oscillator] = [0, 1].map(|i| bodies[i].fastest_rate());
         let fastest = system.drive_frequency.max(pendulum).max(oscillator);
-        let (model, steps) = (Arc::new(model), Arc::new(steps));
+        let hops = bodies.map(|body| Hops::new(&body, system.drive_frequency));
+        let (model, steps, hops) = (Arc::new(model), Arc::new(steps), Arc::new(hops));
         let contact = Models::default();
-        Self { system: system.clone(), model, by, names, steps, fastest, contact }
+        Self { system: system.clone(), model, by, names, steps, hops, fastest, contact }
     }
 
     /// The same, by the state at an event before all others.
@@ -87,6 +88,7 @@ impl Differentiated {
             by: STATE.into_iter().chain(self.by.iter().copied()).collect(),
             names: STATE.iter().map(|_| String::new()).chain(self.names.iter().cloned()).collect(),
             steps: Arc::clone(&self.steps),
+            hops: Arc::clone(&self.hops),
             fastest: self.fastest,
             contact: Models::default(),
         }
@@ -252,12 +254,11 @@ impl Differentiated {
     fn met(
         &self,
         here: &Here,
-        (impact, clock, trig): (&ImpactEvent, Clock, Trig),
+        (impact, clock, trig): (&FollowedImpact, Clock, Trig),
         rates: &Rates,
-        angle: Angle,
     ) -> Result<Columns, SensitivityError> {
         let time = self.model.motion.drive.roughly_until(here.clock, clock);
-        let approach = impact.impact.approach_velocity;
+        let (angle, approach) = (impact.angle, impact.approach_velocity);
         if let Some(slope) = here.departure.slope
             && time * self.fastest < SHORT_HOP
         {
@@ -286,21 +287,22 @@ impl Differentiated {
         rates: &Rates,
         (slope, time): (f64, f64),
     ) -> Result<Columns, SensitivityError> {
-        let FreeMotion { drive, pendulum, oscillator, .. } = &self.model.motion;
-        let elapsed = DoubleDouble::new(time);
         let added = self.added(here, time, None)?;
-        let start = here.trig;
-        let by_time = [pendulum, oscillator]
-            .map(|body| by_phase(body, drive, start, elapsed).map(|x| drive.omega * x));
+        let State { x1, v1, x2, v2 } = here.state;
+        let [pendulum, oscillator] = &*self.hops;
+        let first = pendulum.after((x1, v1), here.trig, time);
+        let second = oscillator.after((x2, v2), here.trig, time);
+        let omega = self.model.motion.drive.omega;
+        let by_time = [first.by_phase, second.by_phase].map(|[x, v]| [omega * x, omega * v]);
         let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] =
-            [pendulum, oscillator].map(|body| body.transition_change(time));
+            [first.transition, second.transition];
         let turned = match self.system.contact {
             Contact::Direct => 0.0,
             Contact::Oblique => {
-                let State { x1, v1, .. } = here.state;
-                let flight = pendulum.flight(x1, v1, drive.trig_at(here.clock));
-                let half = 0.5 * pendulum.at(&flight, time, &drive.turned(start, time)).increment;
-                -2.0 * (x1 + half).sin() * half.sin()
+                let half = 0.5 * first.displacement;
+                let [(sin, _), (half_sin, _)] =
+                    [elementary::sin_cos(x1 + half), elementary::sin_cos(half)];
+                -2.0 * sin * half_sin
             }
         };
         let ([r1, _], [a1, a2]) = (rates.velocities, rates.accelerations);
@@ -321,13 +323,13 @@ impl Differentiated {
     }
 
     /// From an event to the impact at this clock that ends the flight from there; the derivatives just
-    /// before it, at its own time.
+    /// before it, at its own time, and u after it.
     pub fn strike(
         &self,
         here: &mut Here,
-        impact: &ImpactEvent,
+        impact: &FollowedImpact,
         clock: Clock,
-    ) -> Result<Columns, SensitivityError> {
+    ) -> Result<(Columns, f64), SensitivityError> {
         narrow(Struck { of: self, here, impact, clock })
     }
 
@@ -335,15 +337,14 @@ impl Differentiated {
     fn struck(
         &self,
         here: &mut Here,
-        impact: &ImpactEvent,
+        impact: &FollowedImpact,
         clock: Clock,
-    ) -> Result<Columns, SensitivityError> {
+    ) -> Result<(Columns, f64), SensitivityError> {
         let system = &self.system;
-        let approach_velocity = impact.impact.approach_velocity;
+        let &FollowedImpact { angle, approach_velocity, .. } = impact;
         let trig = self.model.trig(clock);
         let before = self.rates_at(&impact.pre, trig.cos);
-        let angle = system.contact.angle(impact.pre.x1);
-        let columns = self.met(here, (impact, clock, trig), &before, angle)?;
+        let columns = self.met(here, (impact, clock, trig), &before)?;
         let point = ImpactPoint {
             angle,
             turns: system.contact == Contact::Oblique,
@@ -358,29 +359,30 @@ impl Differentiated {
         };
         let regime = self.regime(impact);
         let after = &mut here.columns;
-        match columns.len() {
+        let separation = match columns.len() {
             1 => self.after_it::<1>(&point, (&columns, after), regime),
             2 => self.after_it::<2>(&point, (&columns, after), regime),
             _ => self.after_it::<4>(&point, (&columns, after), regime),
-        }
+        };
         let FreeMotion { pendulum, oscillator, .. } = &self.model.motion;
         let decay_rates = [pendulum, oscillator].map(|body| body.equation.decay_rate);
         let rates = before.after([impact.post.v1, impact.post.v2], decay_rates);
         here.departure = Departure { clock, rates, slope: Some(angle.cos) };
         (here.state, here.clock, here.trig) = (impact.post, clock, trig);
-        Ok(columns)
+        Ok((columns, separation))
     }
 
-    /// Derivatives just after an impact, from those before it, N of them at a time.
+    /// Derivatives just after an impact, from those before it, N of them at a time; u after it.
     #[inline(always)]
     fn after_it<const N: usize>(
         &self,
         point: &ImpactPoint,
         (before, after): (&Columns, &mut Columns),
         regime: (RegimeKind, Signs),
-    ) {
+    ) -> f64 {
         let coefficient = self.system.coefficient();
         let by_curve = |place| coefficient.by_number(point.approach_velocity, place);
+        let mut separation = 0.0;
         let parts = before.chunks(N).zip(after.chunks_mut(N)).zip(self.by.chunks(N));
         for ((before, after), by) in parts {
             let (mut rows, mut direct) = ([[0.0; N]; 3], [[0.0; N]; 3]);
@@ -396,18 +398,20 @@ impl Differentiated {
                     _ => {}
                 }
             }
-            let [slip, parting] = point.after(&rows, direct, self.system.law, regime);
+            let end = point.after(&rows, direct, self.system.law, regime);
+            let (slip, parting) = (end.slip.slope, end.parting.slope);
             for (i, (after, before)) in after.iter_mut().zip(before).enumerate() {
                 *after = [before[0], slip[i], parting[i], before[3]].map(counted);
             }
+            separation = end.separation_velocity.value;
         }
+        separation
     }
 
     /// The regime of an impact, that of a faint friction where the derivative by friction is wanted and
     /// there is none.
-    fn regime(&self, impact: &ImpactEvent) -> (RegimeKind, Signs) {
-        let system = &self.system;
-        let known = Leg::regime_of(system, impact);
+    fn regime(&self, impact: &FollowedImpact) -> (RegimeKind, Signs) {
+        let (system, known) = (&self.system, impact.regime);
         let smooth = known.0 == RegimeKind::Frictionless && system.law.is_coulomb();
         if !smooth || system.contact == Contact::Direct {
             return known;
@@ -415,13 +419,13 @@ impl Differentiated {
         if !self.by.contains(&By::Friction) && system.friction == 0.0 {
             return known;
         }
-        let mut pre = PreImpact::new(system.contact, &impact.pre);
+        let mut pre = PreImpact::at(impact.angle, &impact.pre);
         if pre.sin == 0.0 {
             pre.sin = FAINT;
         }
         let faint = System { friction: system.friction.max(FAINT), ..system.clone() };
         let Ok(outcome) = resolve(&faint, &pre) else { return known };
-        (outcome.regime.kind(), Signs::of(outcome.regime, pre.v1, pre.sin))
+        (outcome.regime.kind(), Signs::of_regime(outcome.regime, pre.v1, pre.sin))
     }
 }
 
@@ -429,12 +433,12 @@ impl Differentiated {
 struct Struck<'a> {
     of: &'a Differentiated,
     here: &'a mut Here,
-    impact: &'a ImpactEvent,
+    impact: &'a FollowedImpact,
     clock: Clock,
 }
 
 impl NullaryFnOnce for Struck<'_> {
-    type Output = Result<Columns, SensitivityError>;
+    type Output = Result<(Columns, f64), SensitivityError>;
 
     #[inline(always)]
     fn call(self) -> Self::Output {

@@ -6,12 +6,13 @@ use super::by::By;
 use super::chatter::Bounces;
 use super::columns::{Column, Columns, Differentiated, Here, moves_stop};
 use super::error::SensitivityError;
+use super::impact::FollowedImpact;
 use super::legs::{KeptLegs, SensitiveLeg};
 use super::marks::{OneSided, OneSidedReason, one_sided};
-use super::source::{Passed, Source};
+use super::source::{Next, Passed, Source};
 use super::table::SensitivityTable;
 use crate::model::state::{Clock, State};
-use crate::simulate::event::{Event, ImpactEvent, StopReason};
+use crate::simulate::event::{Event, StopReason};
 use crate::tangent::itinerary::{LegChange, LegReader};
 use crate::tangent::tolerances::{LOW_BOUNCE, SAME_TIME};
 
@@ -195,12 +196,12 @@ impl<'a> Follower<'a> {
         source: &mut Source,
         passed: &mut Passed,
     ) -> Result<Step, SensitivityError> {
-        let event = match source.advance(passed) {
-            Some(event) => event?,
-            None => return Err(self.other_motion(self.leg.here.clock)),
+        let Some(next) = source.advance(&self.of.system, passed) else {
+            return Err(self.other_motion(self.leg.here.clock));
         };
-        let over = event.clock() > self.end || matches!(event, Event::Stop(_));
-        if let Event::Stop(stop) = event
+        let (event, hops) = next?;
+        let over = event.clock() > self.end || matches!(event, Next::Other(Event::Stop(_)));
+        if let Next::Other(Event::Stop(stop)) = event
             && stop.clock < self.end
         {
             let cancelled = stop.reason == StopReason::Interrupted;
@@ -210,7 +211,7 @@ impl<'a> Follower<'a> {
                 Err(self.other_motion(stop.clock))
             };
         }
-        self.leg.hops = matches!(event, Event::Chatter(_)) || source.skips_at(&event);
+        self.leg.hops = hops;
         for (k, state) in passed.0.drain(..) {
             if self.sections.contains(&k) {
                 let period = k - i64::from(self.section_offset > 0.0);
@@ -270,7 +271,7 @@ impl<'a> Follower<'a> {
         SensitivityError::OtherMotion { time: self.of.model.motion.drive.time(clock) }
     }
 
-    fn take(&mut self, event: &Event) -> Result<(), SensitivityError> {
+    fn take(&mut self, event: &Next) -> Result<(), SensitivityError> {
         let (clock, time) = (event.clock(), self.of.model.motion.drive.time(event.clock()));
         if let Some(reason) = one_sided(self.of, event, self.leg.here.departure.slope.is_none()) {
             self.mark((clock, time), reason);
@@ -280,12 +281,13 @@ impl<'a> Follower<'a> {
             instants.events.push(clock);
         }
         self.rows.earlier += i64::from(clock < self.window);
-        if let Event::Graze(_) = event {
-            return Ok(());
-        }
-        if let (Event::Impact(impact), None) = (event, self.reader.mode) {
-            return self.impact(impact, time);
-        }
+        let event = match event {
+            Next::Other(Event::Graze(_)) => return Ok(()),
+            Next::Other(event) => event,
+            Next::Impact(impact) if self.reader.mode.is_none() => return self.impact(impact, time),
+            // Bodies part before they strike.
+            Next::Impact(_) => return Err(self.other_motion(clock)),
+        };
         if clock >= self.window {
             self.keep_leg(clock);
         }
@@ -327,8 +329,8 @@ impl<'a> Follower<'a> {
         }
     }
 
-    fn impact(&mut self, impact: &ImpactEvent, time: f64) -> Result<(), SensitivityError> {
-        let u = impact.impact.approach_velocity;
+    fn impact(&mut self, impact: &FollowedImpact, time: f64) -> Result<(), SensitivityError> {
+        let u = impact.approach_velocity;
         self.largest = self.largest.max(u);
         // The impacts that lead into chatter are left to its leg (docs/theory.md, section 7).
         if u >= LOW_BOUNCE * self.largest || u >= self.last {
@@ -344,9 +346,9 @@ impl<'a> Follower<'a> {
         if kept {
             self.keep_leg(impact.clock);
         }
-        let before = self.of.strike(&mut self.leg.here, impact, clock)?;
+        let (before, separation) = self.of.strike(&mut self.leg.here, impact, clock)?;
         if let Some(low) = &mut self.low {
-            low.take(self.of, impact, &self.leg.here);
+            low.take(self.of, (impact, separation), &self.leg.here);
         }
         (self.leg.hops, self.leg.time, self.began) = (false, time, impact.clock);
         if !kept {

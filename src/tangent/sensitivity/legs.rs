@@ -2,6 +2,7 @@
 
 use super::columns::{Column, Columns, Differentiated, Here};
 use super::error::SensitivityError;
+use super::impact::FollowedImpact;
 use super::table::{Cycles, first_not};
 use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
@@ -162,6 +163,7 @@ impl SensitiveLeg {
             let anchor = Anchor::after_impact(here.clock, here.state);
             for event in impacts_hop_by_hop(&of.system, anchor, clock) {
                 if let Event::Impact(impact) = event {
+                    let impact = FollowedImpact::found(&of.system, &impact);
                     of.strike(&mut here, &impact, impact.clock)?;
                 }
             }

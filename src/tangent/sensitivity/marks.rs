@@ -1,14 +1,17 @@
 //! Events at which the derivatives are those of one side only.
 
 use super::columns::Differentiated;
+use super::impact::FollowedImpact;
+use super::source::Next;
 use crate::contact::sustained::{ContactForce, ContactMode};
 use crate::impact::RegimeKind;
 use crate::model::contact_coordinates::PreImpact;
+use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
-use crate::simulate::event::{ChatterEvent, ContactEvent, Event, ImpactEvent};
+use crate::numerics::lanes::narrow;
+use crate::simulate::event::{ChatterEvent, ContactEvent, Event};
 use crate::tangent::border::{Border, BorderValue};
 use crate::tangent::impact::{regime_borders, regime_path};
-use crate::tangent::itinerary::Leg;
 use crate::tangent::tolerances::{AT_BORDER, NEAR_ONSET};
 
 /// Why derivatives are one-sided from an event on: on the other side the motion is another one.
@@ -70,16 +73,23 @@ pub struct OneSided {
 /// Why derivatives are one-sided from this event on, if they are; `at_start`: nothing has come before.
 pub(super) fn one_sided(
     of: &Differentiated,
-    event: &Event,
+    event: &Next,
     at_start: bool,
 ) -> Option<OneSidedReason> {
     let starts = at_start && event.clock() == Clock::START;
+    let event = match event {
+        Next::Other(Event::Graze(_)) => return Some(OneSidedReason::Graze),
+        Next::Other(Event::Stop(_)) => return None,
+        _ if starts => return Some(OneSidedReason::StartOnContact),
+        Next::Other(event) => event,
+        Next::Impact(impact) if is_at_border(of, impact) => {
+            return Some(OneSidedReason::RegimeBorder);
+        }
+        Next::Impact(impact) => {
+            return is_at_knot(of, impact).then_some(OneSidedReason::RestitutionKnot);
+        }
+    };
     match event {
-        Event::Graze(_) => Some(OneSidedReason::Graze),
-        Event::Stop(_) => None,
-        _ if starts => Some(OneSidedReason::StartOnContact),
-        Event::Impact(impact) if is_at_border(of, impact) => Some(OneSidedReason::RegimeBorder),
-        Event::Impact(impact) if is_at_knot(of, impact) => Some(OneSidedReason::RestitutionKnot),
         Event::Chatter(chatter) if has_no_force(of, chatter) => Some(OneSidedReason::ChatterOnset),
         Event::SlidePositive(contact) | Event::SlideNegative(contact) | Event::Stick(contact)
             if is_at_border_of_contact(of, contact) =>
@@ -91,26 +101,35 @@ pub(super) fn one_sided(
 }
 
 /// Whether an impact lies on the border of its regime, to rounding.
-fn is_at_border(of: &Differentiated, impact: &ImpactEvent) -> bool {
+fn is_at_border(of: &Differentiated, impact: &FollowedImpact) -> bool {
     let system = &of.system;
     if system.friction == 0.0 || !system.law.is_coulomb() {
         return false;
     }
-    let pre = PreImpact::new(system.contact, &impact.pre);
+    narrow(
+        #[inline(always)]
+        || is_at_border_of_regime(system, impact),
+    )
+}
+
+#[inline(always)]
+#[allow(clippy::inline_always)] // compiled for several instruction sets
+fn is_at_border_of_regime(system: &System, impact: &FollowedImpact) -> bool {
+    let pre = PreImpact::at(impact.angle, &impact.pre);
     let contact = pre.coordinates(system.mass_ratio, system.friction);
     if contact.scale.abs() <= AT_BORDER {
         return true;
     }
-    let (kind, signs) = Leg::regime_of(system, impact);
+    let (kind, signs) = impact.regime;
     if kind == RegimeKind::Frictionless {
         return true;
     }
-    let restitution = system.restitution_at(impact.impact.approach_velocity);
+    let restitution = system.restitution_at(impact.approach_velocity);
     let direction = signs.direction.value();
     let (switch, end) = regime_path(&contact, (restitution, &system.law), kind, direction);
     let speed = pre.v1.abs() + pre.v2.abs();
     let size = |border: Border| match border {
-        Border::StopAtEndOfImpact if kind != RegimeKind::Slip => impact.impact.impulse_normal,
+        Border::StopAtEndOfImpact if kind != RegimeKind::Slip => impact.impulse_normal,
         Border::SlipBefore | Border::StopAtEndOfApproach | Border::StopAtEndOfImpact => speed,
         _ => 1.0,
     };
@@ -122,9 +141,8 @@ fn is_at_border(of: &Differentiated, impact: &ImpactEvent) -> bool {
 }
 
 /// Whether an impact lies at a knot of the restitution curve, to rounding.
-fn is_at_knot(of: &Differentiated, impact: &ImpactEvent) -> bool {
-    let u = impact.impact.approach_velocity;
-    of.system.coefficient().is_at_knot(u)
+fn is_at_knot(of: &Differentiated, impact: &FollowedImpact) -> bool {
+    of.system.coefficient().is_at_knot(impact.approach_velocity)
 }
 
 /// Whether the force that follows chatter is near 0.

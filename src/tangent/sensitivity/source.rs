@@ -1,15 +1,17 @@
 //! Where the events of a run come from: from its tables, where they have all of them, or from the
 //! motion once more. Both know where the motion repeats to the last bit.
 
+use super::impact::FollowedImpact;
 use crate::contact::sustained::{ContactForce, ContactMode};
 use crate::model::error::SimulationError;
+use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{
     ChatterEvent, ContactEvent, ContactRecord, Event, EventKind, EventRecord, GrazeEvent,
-    GrazeRecord, ImpactEvent, ImpactRecord, StopEvent, StopReason,
+    GrazeRecord, StopEvent, StopReason,
 };
-use crate::simulate::run::{Copies, Recorded, Run};
+use crate::simulate::run::{Copies, Recorded as _, Run};
 use crate::simulate::{Cycle, Observer, Simulation};
 
 /// The sections that have been passed since they were last asked for, and the states there.
@@ -21,6 +23,22 @@ impl Observer for Passed {
 
     fn section(&mut self, k: i64, state: &State) {
         self.0.push((k, *state));
+    }
+}
+
+/// What comes next in a motion.
+pub(super) enum Next {
+    Impact(FollowedImpact),
+    /// An event that is none.
+    Other(Event),
+}
+
+impl Next {
+    pub fn clock(&self) -> Clock {
+        match self {
+            Self::Impact(impact) => impact.clock,
+            Self::Other(event) => event.clock(),
+        }
     }
 }
 
@@ -74,19 +92,19 @@ impl<'a> Kept<'a> {
     /// State just before the first event.
     pub fn first(&self) -> (Clock, State) {
         match self.next() {
-            Some(Event::Impact(impact)) => (impact.clock, impact.pre),
-            Some(Event::Graze(graze)) => (graze.clock, graze.state),
-            Some(Event::Chatter(end)) => (end.clock, end.state),
-            Some(
+            Some(Next::Impact(impact)) => (impact.clock, impact.pre),
+            Some(Next::Other(Event::Graze(graze))) => (graze.clock, graze.state),
+            Some(Next::Other(Event::Chatter(end))) => (end.clock, end.state),
+            Some(Next::Other(
                 Event::SlidePositive(contact)
                 | Event::SlideNegative(contact)
                 | Event::Stick(contact),
-            ) => (contact.clock, contact.state),
+            )) => (contact.clock, contact.state),
             _ => (self.run.final_state.clock, self.run.final_state.state),
         }
     }
 
-    fn next(&self) -> Option<Event> {
+    fn next(&self) -> Option<Next> {
         let run = self.run;
         let &EventRecord { kind, index, .. } = run.events.get(self.event)?;
         let index = usize::try_from(index).ok();
@@ -96,13 +114,21 @@ impl<'a> Kept<'a> {
         let clock = |period: i64, time_in_period: f64| Clock { period, time_in_period, residual };
         if is(EventKind::Impact) {
             let row = run.impacts.get(index?)?;
-            let &ImpactRecord { time, period, time_in_period, x1, x2, phase, .. } = row;
-            let pre = State { x1, v1: row.v1_pre, x2, v2: row.v2_pre };
-            let post = State { x1, v1: row.v1_post, x2, v2: row.v2_post };
-            let impact = run.system.resolved(row)?;
-            let clock = clock(period, time_in_period);
-            return Some(Event::Impact(ImpactEvent { clock, time, phase, pre, post, impact }));
+            let clock = clock(row.period, row.time_in_period);
+            return FollowedImpact::kept(&run.system, row, clock).map(Next::Impact);
         }
+        self.other(kind, index, clock).map(Next::Other)
+    }
+
+    /// An event that is no impact.
+    fn other(
+        &self,
+        kind: i64,
+        index: Option<usize>,
+        clock: impl Fn(i64, f64) -> Clock,
+    ) -> Option<Event> {
+        let run = self.run;
+        let is = |other: EventKind| kind == other as i64;
         if is(EventKind::Graze) {
             let row = run.grazes.get(index?)?;
             let &GrazeRecord { time, period, time_in_period, phase, gap_acceleration, .. } = row;
@@ -138,7 +164,7 @@ impl<'a> Kept<'a> {
         Some((alike, i64::try_from(times).ok()?))
     }
 
-    fn advance(&mut self, passed: &mut Passed) -> Option<Event> {
+    fn advance(&mut self, passed: &mut Passed) -> Option<Next> {
         let end = &self.run.final_state;
         let event = self.next()?;
         // Events of one instant belong together.
@@ -146,9 +172,10 @@ impl<'a> Kept<'a> {
             let (clock, time, state) =
                 (self.here, self.run.system.own_drive().time(self.here), end.state);
             let reason = StopReason::Interrupted;
-            return Some(Event::Stop(StopEvent { clock, time, state, reason }));
+            let stop = Event::Stop(StopEvent { clock, time, state, reason });
+            return Some(Next::Other(stop));
         }
-        let over = matches!(event, Event::Stop(_));
+        let over = matches!(event, Next::Other(Event::Stop(_)));
         while let Some(&[x1, v1, x2, v2]) = self.run.stroboscopic.get(self.section) {
             let k = self.run.first_section + self.section as i64;
             let period = k - i64::from(self.section_offset > 0.0);
@@ -166,18 +193,34 @@ impl<'a> Kept<'a> {
 }
 
 impl Source<'_> {
-    pub fn advance(&mut self, passed: &mut Passed) -> Option<Result<Event, SimulationError>> {
+    /// The next event, and whether impacts were skipped on the way to it.
+    pub fn advance(
+        &mut self,
+        system: &System,
+        passed: &mut Passed,
+    ) -> Option<Result<(Next, bool), SimulationError>> {
         match self {
-            Self::Found(simulation, _) => simulation.advance(passed),
-            Self::Kept(kept) => kept.advance(passed).map(Ok),
-        }
-    }
-
-    /// Whether this event, the last one so far, lies among skipped impacts.
-    pub fn skips_at(&self, event: &Event) -> bool {
-        match self {
-            Self::Found(simulation, _) => simulation.skips_at(event),
-            Self::Kept(kept) => matches!(event, Event::Stop(_)) && kept.run.skips_at_end(),
+            Self::Found(simulation, _) => {
+                let event = match simulation.advance(passed)? {
+                    Ok(event) => event,
+                    Err(error) => return Some(Err(error)),
+                };
+                let hops = matches!(event, Event::Chatter(_)) || simulation.skips_at(&event);
+                let next = match &event {
+                    Event::Impact(impact) => Next::Impact(FollowedImpact::found(system, impact)),
+                    _ => Next::Other(event),
+                };
+                Some(Ok((next, hops)))
+            }
+            Self::Kept(kept) => {
+                let next = kept.advance(passed)?;
+                let hops = match next {
+                    Next::Other(Event::Chatter(_)) => true,
+                    Next::Other(Event::Stop(_)) => kept.run.skips_at_end(),
+                    _ => false,
+                };
+                Some(Ok((next, hops)))
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! Derivatives of the impulses of an impact on a stop.
 
 use nalgebra::{DMatrix, RowDVector};
+use smallvec::SmallVec;
 
 use super::rates::Linearised;
 use crate::impact::{PathEnd, Regime, RegimeKind, StopImpact};
@@ -82,10 +83,10 @@ impl<const D: usize> StopInRegime<D> {
     }
 
     /// What must be positive for this regime.
-    pub fn borders(&self) -> Vec<BorderValue> {
+    pub fn borders(&self) -> SmallVec<[BorderValue; 4]> {
         let Self { contact, restitution, kind, direction, switch, end, law, one_body } = self;
         if *kind == RegimeKind::Frictionless || !law.is_coulomb() {
-            return Vec::new();
+            return SmallVec::new();
         }
         regime_borders(contact, *restitution, (*kind, *direction), (*switch, end), *one_body)
     }

@@ -202,7 +202,12 @@ impl PerturbationLanes {
             let after =
                 here.get(j).after_impact::<G>(j, impacts, flight, moves[j], |point, flown| {
                     let (slip, side) = (point.rates.velocities[0], point.angle.sin);
-                    point.map_in_regime(flown, law, kind, Signs::of(impact.regime, slip, side))
+                    point.map_in_regime(
+                        flown,
+                        law,
+                        kind,
+                        Signs::of_regime(impact.regime, slip, side),
+                    )
                 });
             here.set(j, &after);
             passed[j] = 0;
