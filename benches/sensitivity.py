@@ -7,6 +7,10 @@ and for ten of them, per name. The run and its derivatives are computed in alter
 the least time of all rounds in parts of the least time of the run. Tables of both are worked out
 when they are read: where a column says so they are, of the run, too. The first name is measured
 on the run that a file brings back, too; reading it is not part of that. The bar is 1 per name.
+
+A run that keeps its last drive periods only is followed again while it is differentiated: one name
+and ten, in parts of that shorter run. One name alone costs more than the run, by what following it
+costs, and is shown beside the bar.
 Writes a table in Markdown and every round as JSON.
 """
 
@@ -63,6 +67,7 @@ class Scene:
 
     name: str
     run: Callable[[], Any]
+    kept: Callable[[], Any]
     alone: dict[str, str]
     together: tuple[str, ...]
 
@@ -83,7 +88,13 @@ def system_scenes(periods: int) -> list[Scene]:
                 problem.initial,
             )
     return [
-        Scene(name, _simulate(system, initial, periods), ALONE, TEN)
+        Scene(
+            name,
+            _simulate(system, initial, periods),
+            _simulate(system, initial, periods, keep=_kept(periods)),
+            ALONE,
+            TEN,
+        )
         for name, (system, initial) in motions.items()
     ]
 
@@ -91,8 +102,15 @@ def system_scenes(periods: int) -> list[Scene]:
 CHAOTIC = ("9(2)",)
 
 
-def _simulate(system: vi.System, initial: tuple[float, ...], periods: int) -> Callable[[], vi.Run]:
-    return lambda: vi.simulate(system, initial=initial, periods=periods)
+def _simulate(
+    system: vi.System, initial: tuple[float, ...], periods: int, keep: int | None = None
+) -> Callable[[], vi.Run]:
+    return lambda: vi.simulate(system, initial=initial, periods=periods, keep=keep)
+
+
+def _kept(periods: int) -> int:
+    """Return how many drive periods at the end are kept where not all are."""
+    return max(1, periods // 100)
 
 
 # The same of structures.
@@ -132,7 +150,8 @@ def structure_scenes(periods: int) -> list[Scene]:
     return [
         Scene(
             f"structure: {name}",
-            _simulate_structure(structure, max(3, periods // structure.coordinates)),
+            _simulate_structure(structure, count := max(3, periods // structure.coordinates)),
+            _simulate_structure(structure, count, keep=_kept(count)),
             OF_STRUCTURES,
             TEN_OF_STRUCTURES,
         )
@@ -165,10 +184,12 @@ def _row(count: int) -> vi.Structure:
     )
 
 
-def _simulate_structure(structure: vi.Structure, periods: int) -> Callable[[], vi.StructureRun]:
+def _simulate_structure(
+    structure: vi.Structure, periods: int, keep: int | None = None
+) -> Callable[[], vi.StructureRun]:
     initial = np.zeros((2, structure.coordinates))
     initial[0, 0] = 0.01
-    return lambda: vi.simulate(structure, initial=initial, periods=periods)
+    return lambda: vi.simulate(structure, initial=initial, periods=periods, keep=keep)
 
 
 def jobs_of(scene: Scene) -> dict[str, Callable[[], object]]:
@@ -183,9 +204,11 @@ def jobs_of(scene: Scene) -> dict[str, Callable[[], object]]:
 
     jobs: dict[str, Callable[[], object]] = {"run": scene.run}
     jobs |= {column: of(name) for column, name in scene.alone.items()}
-    back = _from_file(run)
+    back, part = _from_file(run), scene.kept()
     jobs[FILE] = lambda: back.sensitivity(scene.together[0])
     jobs |= {MANY: of(*scene.together), RUN_READ: lambda: _tables(scene.run())}
+    jobs |= {RUN_KEPT: scene.kept, ONE_KEPT: lambda: part.sensitivity(scene.together[0])}
+    jobs |= {MANY_KEPT: lambda: part.sensitivity(*scene.together)}
     return jobs | {ONE_READ: read(scene.together[0]), MANY_READ: read(*scene.together)}
 
 
@@ -196,8 +219,9 @@ def _from_file(run: Any) -> Any:
         return vi.load(Path(folder) / "run.npz")
 
 
-MANY, FILE = "all, each", "one, from a file"
-RUN_READ, ONE_READ, MANY_READ = "run, read", "one, read", "all, each, read"
+MANY, FILE = "ten, each", "one, from a file"
+RUN_READ, ONE_READ, MANY_READ = "run, read", "one, read", "ten, each, read"
+RUN_KEPT, ONE_KEPT, MANY_KEPT = "run, kept in part", "one, kept in part", "ten, each, kept in part"
 
 
 def _tables(of: Any) -> object:
@@ -215,6 +239,8 @@ def parts(scene: Scene, timings: dict[str, Any]) -> dict[str, float]:
         MANY: least[MANY] / least["run"] / count,
         ONE_READ: least[ONE_READ] / least[RUN_READ],
         MANY_READ: least[MANY_READ] / least[RUN_READ] / count,
+        ONE_KEPT: least[ONE_KEPT] / least[RUN_KEPT],
+        MANY_KEPT: least[MANY_KEPT] / least[RUN_KEPT] / count,
     }
 
 
@@ -235,7 +261,7 @@ def main(arguments: list[str] | None = None) -> None:
         if any(word in scene.name for word in options.only)
     ]
     columns = [*dict.fromkeys(column for scene in chosen for column in scene.alone)]
-    columns += [FILE, MANY, ONE_READ, MANY_READ]
+    columns += [FILE, MANY, ONE_READ, MANY_READ, ONE_KEPT, MANY_KEPT]
     rows, results = [], []
     for scene in chosen:
         with step(f"sensitivity: {scene.name}"):
@@ -245,7 +271,8 @@ def main(arguments: list[str] | None = None) -> None:
         found = parts(scene, timings)
         shown = [f"{found[column]:.2f}" if column in found else "-" for column in columns]
         milliseconds = f"{1e3 * min(timings['run'].seconds):.3g}"
-        verdict = "met" if max(found.values()) <= BAR else "missed"
+        judged = [part for column, part in found.items() if column != ONE_KEPT]
+        verdict = "met" if max(judged) <= BAR else "missed"
         rows.append([scene.name, milliseconds, *shown, verdict])
         seconds = {what: list(timing.seconds) for what, timing in timings.items()}
         results.append({"name": scene.name, "parts": found, "seconds": seconds})
