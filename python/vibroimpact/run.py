@@ -188,10 +188,12 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
     def sensitivity(self, *names: str) -> Sensitivity:
         """Differentiate the run by parameters and its start, exactly, through impacts and contact.
 
-        The motion is followed once more. At the instant of an impact derivatives jump as the
-        motion does, and the instant itself moves. Where the motion lies on a border (a graze, a
-        border of regimes, the onset of chatter) they are those of the side that has the run's
-        events; ``one_sided`` of the result lists such events.
+        The motion is followed once more, along its events where the run has kept all; with
+        ``keep=`` it is simulated again, which costs as much as the run. At the instant of an
+        impact derivatives jump as the motion does, and the instant itself moves. Where the
+        motion lies on a border (a graze, a border of regimes, the onset of chatter) they are
+        those of the side that has the run's events; ``one_sided`` of the result lists such
+        events.
 
         Parameters
         ----------
