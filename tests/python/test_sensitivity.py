@@ -143,6 +143,34 @@ def test_friction_has_a_derivative_where_there_is_none():
     assert found.impacts.time[:, 0] == pytest.approx(slope, rel=1e-5, abs=1e-6)
 
 
+def test_at_resonance_a_body_without_a_drive_has_derivatives():
+    # The force drives the other body, at the natural frequency of the undamped pendulum.
+    at = PAPER.replace(
+        frequency_ratio=1.3, drive_frequency=1.3, moment_amplitude=0, force_amplitude=1
+    )
+    found = vi.simulate(at, initial=START, periods=5).sensitivity("frequency_ratio")
+    h = 1e-6
+    near = [
+        vi.simulate(at.replace(frequency_ratio=1.3 + step), initial=START, periods=5)
+        for step in (h, -h)
+    ]
+    times = [other.impacts["time"] for other in near]
+    assert len(times[0]) > 3
+    assert found.impacts.time[:, 0] == pytest.approx((times[0] - times[1]) / (2 * h), rel=1e-6)
+
+
+def test_contact_after_a_plastic_impact_needs_no_last_digit():
+    # The times of the two events of one instant may differ in their last digit.
+    plastic = DAMPED.replace(restitution=0, force_amplitude=0.8)
+    gaps = []
+    for omega in np.linspace(0.5, 1.5, 21):
+        of = vi.simulate(plastic.replace(drive_frequency=omega), initial=START, periods=20)
+        apart = of.contacts["time_in_period"][:, np.newaxis] - of.impacts["time_in_period"]
+        gaps.extend(np.abs(apart).min(axis=1))
+        assert np.isfinite(of.sensitivity("gap").final_state).all()
+    assert any(0 < gap < 1e-14 for gap in gaps)
+
+
 def test_sections_lie_on_the_trajectory():
     of = vi.simulate(DAMPED, initial=START, periods=4, section_phase=1.0)
     names = ("gap", "phase", "drive_frequency")

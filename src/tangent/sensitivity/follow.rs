@@ -373,15 +373,12 @@ impl<'a> Follower<'a> {
 
     /// Contact begins at an event that has just ended a flight, or at the start.
     fn begin_contact(&mut self, clock: Clock, state: State) -> Result<(), SensitivityError> {
-        let here = &mut self.leg.here;
         let drive = &self.of.model.motion.drive;
-        // An impact has lost what its table does not tell.
-        let [before, now] =
-            [here.clock, clock].map(|clock| Clock::new(clock.period, clock.time_in_period));
-        if drive.until(before, now).value() > 0.0 {
+        // With all digits: of the same instant two events may have another last one in their tables.
+        if drive.until(self.began, clock).value() > 0.0 {
             return Err(SensitivityError::Landing { time: drive.time(clock) });
         }
-        here.state = state;
+        self.leg.here.state = state;
         Ok(())
     }
 }
