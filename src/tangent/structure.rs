@@ -57,11 +57,14 @@ pub enum StructureTangentError {
     /// another, in either order.
     #[error("stops {0} and {1}, which act on each other, are met at one instant, t = {2}")]
     Simultaneous(usize, usize, f64),
-    /// The chatter at a stop has no limit whose derivative could be computed.
+    /// The chatter at a stop has no limit whose derivative could be computed: its stop, its end, and
+    /// the largest derivative before it.
     #[error(
-        "the chatter at stop {0} that ends at t = {1} has no derivative that could be computed"
+        "the chatter at stop {0} that ends at t = {1} has no derivative that could be computed: \
+         bounces on several stops, as a rule, or derivatives too large before it, as after a chaotic \
+         transient; the largest was {2:.1e}"
     )]
-    Chatter(usize, f64),
+    Chatter(usize, f64, f64),
     /// The structure is damped too strongly for derivatives by its equation.
     #[error("damped too strongly for derivatives by its equation, in the leg from t = {0}")]
     Damping(f64),

@@ -328,7 +328,9 @@ impl fmt::Display for WhyUndecided {
             Self::Incomplete => "the run did not complete",
             Self::NoReturn => "no return",
             Self::NotMeasurable => "no return; the growth cannot be measured",
-            Self::GrowthUnclear => "no return; growth unclear",
+            Self::GrowthUnclear => {
+                "no return; growth unclear (a longer run is followed for longer)"
+            }
             Self::Interrupted => "interrupted",
         })
     }

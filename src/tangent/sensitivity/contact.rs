@@ -65,7 +65,7 @@ impl Differentiated {
                 self.contact_ends(model, leg, (start, from), end)
             })
         };
-        let (columns, rate) = found.ok_or_else(|| self.no_derivative(clock))?;
+        let (columns, rate) = found.ok_or_else(|| self.no_derivative(here, clock))?;
         let ends = leg != Leg::Chatter;
         Ok((columns, ends && rate.abs() <= AT_BORDER * self.changes(state, clock)))
     }
@@ -93,8 +93,9 @@ impl Differentiated {
         Some((columns, rate))
     }
 
-    fn no_derivative(&self, clock: Clock) -> SensitivityError {
-        SensitivityError::NoDerivative { time: self.model.motion.drive.time(clock) }
+    fn no_derivative(&self, before: &Here, clock: Clock) -> SensitivityError {
+        let largest = before.columns.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        SensitivityError::NoDerivative { time: self.model.motion.drive.time(clock), largest }
     }
 
     /// How fast accelerations change in this state, at most.
@@ -120,7 +121,7 @@ impl Differentiated {
         } else {
             self.held_along((here, mode, clock), &self.contact.few)
         };
-        found.ok_or_else(|| self.no_derivative(clock))
+        found.ok_or_else(|| self.no_derivative(here, clock))
     }
 
     fn held_along<const N: usize>(

@@ -24,11 +24,15 @@ pub enum SensitivityError {
     },
     /// A leg has no derivatives that could be computed.
     #[error(
-        "the chatter or contact that ends at t = {time} has no derivatives that could be computed"
+        "the chatter or contact that ends at t = {time} has no derivatives that could be computed: \
+         rounding hides how it ends, or derivatives were too large before it, as after a chaotic \
+         transient; the largest was {largest:.1e}"
     )]
     NoDerivative {
         /// When it ends.
         time: f64,
+        /// The largest derivative before it.
+        largest: f64,
     },
     /// A body is damped too strongly.
     #[error(

@@ -18,7 +18,8 @@ impl Perturbed {
         before: &AnchorOf<Structure>,
         event: &StopChatterEvent,
     ) -> Result<(), StructureTangentError> {
-        let refused = || StructureTangentError::Chatter(event.stop, event.time);
+        let largest = self.columns.amax();
+        let refused = || StructureTangentError::Chatter(event.stop, event.time, largest);
         if self.samples.begin_well() {
             self.low = None;
         }

@@ -268,7 +268,7 @@ impl Perturbed {
         if let Some((stop, time)) = self.low
             && !self.is_short(elapsed.hi)
         {
-            return Err(StructureTangentError::Chatter(stop, time));
+            return Err(StructureTangentError::Chatter(stop, time, self.columns.amax()));
         }
         self.settle(leg);
         self.struck.clear();
