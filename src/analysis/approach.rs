@@ -14,24 +14,59 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::analysis::tolerances::{ATTRACTED_PART, BESIDE_MULTIPLIER, DISTANCES, INVERSE_STEPS};
+use crate::numerics::EPS;
 
-/// ln of the factors by which the distance from the orbit changes from turn to turn; `off` are the
-/// differences from it. `None` where the motion is on the orbit, or the eigenvectors are lost.
-pub(super) fn rates_of_approach(
+/// How the distance of a motion from an orbit changes.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Approach {
+    /// ln of the factors from turn to turn.
+    Rates(Vec<f64>),
+    /// The motion is on the orbit to rounding; or it comes there at once, since all multipliers are 0.
+    Arrived,
+    /// The eigenvectors along which it would be measured are lost.
+    Unknown,
+}
+
+/// How the distance from the orbit changes from turn to turn; `off` are the differences from it.
+pub(super) fn approach_of(
     derivative: &DMatrix<f64>,
     multipliers: &[Complex<f64>],
     off: impl Iterator<Item = DVector<f64>>,
-) -> Option<Vec<f64>> {
-    let by = left_eigenvectors(derivative, multipliers)?;
-    let logarithms: Vec<f64> = off.map(|off| (&by * off.map(Complex::from)).norm().ln()).collect();
-    let rates: Vec<f64> = logarithms.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    rates.iter().all(|rate| rate.is_finite()).then_some(rates)
+) -> Approach {
+    // What is 0 to rounding is gone after a turn, and has no eigenvector that could be computed.
+    let zero = EPS * derivative.norm();
+    let first_zero = multipliers.iter().position(|lambda| lambda.norm() <= zero);
+    let leading = &multipliers[..first_zero.unwrap_or(multipliers.len())];
+    if leading.is_empty() {
+        return Approach::Arrived;
+    }
+    let Some(by) = left_eigenvectors(derivative, leading) else {
+        return Approach::Unknown;
+    };
+    let distances: Vec<f64> = off.map(|off| (&by * off.map(Complex::from)).norm()).collect();
+    if distances.contains(&0.0) {
+        return Approach::Arrived;
+    }
+    let rates: Vec<f64> = distances.windows(2).map(|pair| pair[1].ln() - pair[0].ln()).collect();
+    if rates.iter().all(|rate| rate.is_finite()) {
+        Approach::Rates(rates)
+    } else {
+        Approach::Unknown
+    }
 }
 
-/// Whether the distance from an orbit with this largest multiplier shrinks at these rates as it must.
-/// One turn tells nothing, and who has arrived comes no nearer.
-pub(super) fn approaches(rates: Option<Vec<f64>>, largest: f64) -> bool {
-    rates.is_none_or(|rates| rates.is_empty() || mean_of(&rates) < ATTRACTED_PART * largest.ln())
+impl Approach {
+    /// Whether the distance from an orbit with this largest multiplier shrinks as it must. One turn
+    /// tells nothing, and who has arrived comes no nearer.
+    pub fn is_as_fast_as(&self, largest: f64) -> bool {
+        match self {
+            Self::Rates(rates) => {
+                rates.is_empty() || mean_of(rates) < ATTRACTED_PART * largest.ln()
+            }
+            Self::Arrived => true,
+            Self::Unknown => false,
+        }
+    }
 }
 
 pub(super) fn mean_of(values: &[f64]) -> f64 {
@@ -101,9 +136,49 @@ mod tests {
         let multipliers = [Complex::new(c, s) * 0.999, Complex::new(c, -s) * 0.999];
         let first = DVector::from_vec(vec![0.3, 0.7]);
         let off = std::iter::successors(Some(first), |off| Some(&matrix * off));
-        let rates = rates_of_approach(&matrix, &multipliers, off.take(50)).unwrap();
+        let approach = approach_of(&matrix, &multipliers, off.take(50));
+        let Approach::Rates(rates) = &approach else { panic!("{approach:?}") };
         assert!(rates.iter().all(|rate| (rate - 0.999f64.ln()).abs() < 1e-9), "{rates:?}");
-        assert!(approaches(Some(rates), 0.999));
-        assert!(!approaches(Some(vec![0.0; 9]), 0.999));
+        assert!(approach.is_as_fast_as(0.999));
+        assert!(!Approach::Rates(vec![0.0; 9]).is_as_fast_as(0.999));
+    }
+
+    /// A multiplier 0.9 beside zeros: an exact one, and a chain of three that rounding spreads.
+    #[test]
+    fn zero_multipliers_leave_the_eigenvectors_of_the_others() {
+        let oblique =
+            DMatrix::from_fn(4, 4, |i, j| if i == j { 1.0 } else { 0.2 * (i + 2 * j) as f64 });
+        let back = oblique.clone().try_inverse().unwrap();
+        let chain = DMatrix::from_fn(4, 4, |i, j| {
+            if i == 0 && j == 0 { 0.9 } else { f64::from(u8::from(i > 0 && j == i + 1)) }
+        });
+        let chain = &oblique * chain * &back;
+        let mut spread: Vec<_> = chain.complex_eigenvalues().iter().copied().collect();
+        spread.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        assert!(spread[1].norm() > 1e-8, "{spread:?}");
+        let mut plain = DMatrix::zeros(4, 4);
+        plain[(0, 0)] = 0.9;
+        let exact = [Complex::from(0.9), 0.0.into(), 0.0.into(), 0.0.into()];
+        for (matrix, multipliers) in [(chain, &spread[..]), (plain, &exact[..])] {
+            let first = DVector::from_vec(vec![0.3, 0.7, -0.2, 0.1]);
+            let off = std::iter::successors(Some(first), |off| Some(&matrix * off));
+            let approach = approach_of(&matrix, multipliers, off.skip(3).take(50));
+            let Approach::Rates(rates) = &approach else { panic!("{approach:?}") };
+            assert!(rates.iter().all(|rate| (rate - 0.9f64.ln()).abs() < 1e-9), "{rates:?}");
+            assert!(approach.is_as_fast_as(0.9));
+        }
+    }
+
+    #[test]
+    fn a_motion_on_its_orbit_has_arrived_and_lost_eigenvectors_tell_nothing() {
+        let half = DMatrix::from_diagonal_element(2, 2, 0.5);
+        let on = || std::iter::repeat_n(DVector::zeros(2), 5);
+        assert_eq!(approach_of(&half, &[0.5.into(), 0.5.into()], on()), Approach::Arrived);
+        let off = || std::iter::repeat_n(DVector::from_element(2, 0.1), 5);
+        let zeros = [Complex::from(0.0); 2];
+        assert_eq!(approach_of(&DMatrix::zeros(2, 2), &zeros, off()), Approach::Arrived);
+        let lost = DMatrix::from_element(2, 2, f64::NAN);
+        assert_eq!(approach_of(&lost, &[0.5.into(), 0.5.into()], off()), Approach::Unknown);
+        assert!(Approach::Arrived.is_as_fast_as(0.5) && !Approach::Unknown.is_as_fast_as(0.5));
     }
 }

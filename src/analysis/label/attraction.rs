@@ -8,7 +8,7 @@
 
 use nalgebra::DVector;
 
-use crate::analysis::approach::{approaches, mean_of, rates_of_approach};
+use crate::analysis::approach::{Approach, approach_of, mean_of};
 use crate::analysis::lyapunov::standard_error;
 use crate::analysis::period::{
     CHATTERING, Evidence, ImpactCount, Kind, PeriodReport, nearest_returns, residual,
@@ -52,7 +52,8 @@ pub(super) fn orbit_beside(
     }
     let turns: Vec<&StructureState> =
         sections.iter().rev().step_by(orbit.periods as usize).collect();
-    approaches(rates(&orbit, &turns[..turns.len().div_ceil(2)]), largest(&orbit)).then_some(orbit)
+    let approach = approach(&orbit, &turns[..turns.len().div_ceil(2)]);
+    approach.is_as_fast_as(largest(&orbit)).then_some(orbit)
 }
 
 /// What becomes of a motion with these sections, and these impacts before each, if it has not come
@@ -76,7 +77,8 @@ pub(super) fn attraction(
         }
         let m = orbit.periods as usize;
         let turns: Vec<&StructureState> = late.iter().rev().step_by(m).collect();
-        let Some(rates) = rates(&orbit, &turns) else { return Attraction::Unclear };
+        // Sections on the orbit would have returned: a motion that seems to be there goes on, too.
+        let Approach::Rates(rates) = approach(&orbit, &turns) else { return Attraction::Unclear };
         let (by, error) = (mean_of(&rates), standard_error(&rates, ERROR_BLOCKS));
         let expected = largest(&orbit).ln();
         if by < ATTRACTED_PART * expected && by + STEADY_GROWTH * error < 0.0 {
@@ -159,11 +161,11 @@ fn mean(states: &[&StructureState]) -> StructureState {
     StructureState::new(&all[..count], &all[count..])
 }
 
-/// ln of the factors by which the distance from the orbit changes, given the last turn first.
-fn rates(orbit: &StructureOrbit, turns: &[&StructureState]) -> Option<Vec<f64>> {
+/// How the distance from the orbit changes, given the last turn first.
+fn approach(orbit: &StructureOrbit, turns: &[&StructureState]) -> Approach {
     let vector =
         |state: &StructureState| DVector::from_iterator(orbit.matrix.nrows(), numbers(state));
     let point = vector(&orbit.state);
     let off = turns.iter().rev().map(|turn| vector(turn) - &point);
-    rates_of_approach(&orbit.matrix, &orbit.multipliers, off)
+    approach_of(&orbit.matrix, &orbit.multipliers, off)
 }
