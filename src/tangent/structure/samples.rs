@@ -31,7 +31,8 @@ pub(super) struct Sample {
     pub low: bool,
 }
 
-/// The last impacts, as far as they may be chatter.
+/// Impacts that may belong to one chatter, in their order, with u at most [`CHATTER_SPACING`] times
+/// that of the one before: as many as the extrapolation takes, and more where rounding spoils the last.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Samples {
     all: Vec<Sample>,
@@ -68,8 +69,8 @@ impl Samples {
             Some(last) if new.separation > CHATTER_SPACING * last.separation => return,
             _ => {}
         }
-        // A run whose own limit converges slowly has many impacts that are mostly rounding: the earlier
-        // ones may have the better limit.
+        // More than the extrapolation takes are kept only beside one that is mostly rounding, as a
+        // slow chatter has many: the limit from the earlier ones may be better.
         if self.all.len() >= MOST_EXTRAPOLATED && new.noise() <= MOST_ROUNDING {
             self.all.remove(0);
             self.told = 0;
