@@ -9,11 +9,12 @@ mod distances;
 mod evidence;
 mod report;
 
+pub(crate) use distances::distance;
 pub(crate) use evidence::GrowthVerdict;
 pub use evidence::{Evidence, EvidenceKind, Growth, WhyUndecided};
 pub use report::{ImpactCount, Kind, PeriodReport};
 
-use self::distances::{Approach, Bounds, approach, distance, may_approach};
+use self::distances::{Approach, Bounds, approach, may_approach};
 use crate::analysis::tolerances::{
     COME_BACK, NEAREST_TRIED, REMAINING_PART, RETURN_RTOL, SECTION_NOISE, SHORT_PERIODS,
     SHORTEST_TAIL,
@@ -172,12 +173,7 @@ fn detect_in<P: Point>(
         let apart = if small { 4.0 * negligible } else { 2.0 * remaining };
         let merged = |&d: &usize| m % d == 0 && equal_counts(d) && returns(sections, d, apart);
         let m = (1..m).find(merged).unwrap_or(m);
-        let orbit = &counts[kept - m..];
-        let n = if orbit.contains(&CHATTERING) {
-            ImpactCount::Infinite
-        } else {
-            ImpactCount::Finite(orbit.iter().map(|&c| c as usize).sum())
-        };
+        let n = ImpactCount::of(&counts[kept - m..]);
         return PeriodReport {
             orbit: Some((m, n)),
             residual: residual(sections, m),

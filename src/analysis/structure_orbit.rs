@@ -3,6 +3,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::analysis::structure_shooting::numbers;
 use crate::analysis::tolerances::{MOST_RETURN_STEPS, MULTIPLIER_NOISE, RESIDUAL_NOISE, SINGULAR};
 use crate::model::error::{ParameterError, StateError};
 use crate::model::structure::{Structure, StructureState};
@@ -162,15 +163,6 @@ struct Iterate {
     residual: f64,
 }
 
-fn numbers(state: &StructureState) -> DVector<f64> {
-    DVector::from_iterator(2 * state.q.len(), state.q.iter().chain(&state.v).copied())
-}
-
-fn state_of(numbers: &DVector<f64>) -> StructureState {
-    let (q, v) = numbers.as_slice().split_at(numbers.len() / 2);
-    StructureState::new(q, v)
-}
-
 impl Iterate {
     fn new(
         structure: &Structure,
@@ -196,7 +188,7 @@ impl Iterate {
     }
 
     fn moved(&self, step: &DVector<f64>) -> StructureState {
-        state_of(&(numbers(&self.start) + step))
+        StructureState::of_numbers((numbers(&self.start) + step).as_slice())
     }
 
     fn orbit(self, periods: u32, changed: f64) -> StructureOrbit {

@@ -120,12 +120,7 @@ struct Strike {
 }
 
 pub(super) fn numbers(state: &StructureState) -> DVector<f64> {
-    DVector::from_iterator(2 * state.q.len(), state.q.iter().chain(&state.v).copied())
-}
-
-pub(super) fn state_of(numbers: &[f64]) -> StructureState {
-    let (q, v) = numbers.split_at(numbers.len() / 2);
-    StructureState::new(q, v)
+    DVector::from_iterator(2 * state.q.len(), state.numbers())
 }
 
 impl StructureShooting {
@@ -180,7 +175,7 @@ impl StructureShooting {
         let motion = &self.linearised.homogeneous;
         let mut flow = DMatrix::identity(2 * count, 2 * count);
         for mut column in flow.column_iter_mut() {
-            let start = state_of(column.as_slice());
+            let start = StructureState::of_numbers(column.as_slice());
             let leg = motion.leg(&Anchor::apart(Clock::START, start.clone()), Clock::START, start);
             column.copy_from(&numbers(&motion.state_after(&leg, elapsed)));
         }
@@ -203,7 +198,7 @@ impl StructureCycle<'_> {
 
     /// The state of a node.
     fn state(&self, leg: usize) -> StructureState {
-        state_of(&self.nodes[leg][..2 * self.structure().coordinates()])
+        StructureState::of_numbers(&self.nodes[leg][..2 * self.structure().coordinates()])
     }
 
     /// The clock of a node, `turns` orbits later; the time itself may lie in another period.
@@ -284,7 +279,7 @@ impl StructureCycle<'_> {
             stop,
             gap,
             approach_velocity,
-            post: state_of(post.as_slice()),
+            post: StructureState::of_numbers(post.as_slice()),
             through,
             by_rate,
             by_law: [by(2), by(3)],

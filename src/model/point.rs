@@ -59,7 +59,7 @@ impl Point for StructureState {
     }
 
     fn largest(&self) -> f64 {
-        self.q.iter().chain(&self.v).copied().fold(0.0, f64::max)
+        self.numbers().fold(0.0, f64::max)
     }
 
     fn dot(&self, other: &Self) -> f64 {
@@ -69,6 +69,6 @@ impl Point for StructureState {
     }
 
     fn all_finite(&self) -> bool {
-        self.q.iter().chain(&self.v).all(|x| x.is_finite())
+        self.numbers().all(f64::is_finite)
     }
 }

@@ -159,11 +159,10 @@ impl Numbered for Structure {
         Ok(Self::section_of(numbers))
     }
     fn section_of(numbers: &[f64]) -> StructureState {
-        let (q, v) = numbers.split_at(numbers.len() / 2);
-        StructureState::new(q, v)
+        StructureState::of_numbers(numbers)
     }
     fn numbers(section: &StructureState) -> Vec<f64> {
-        section.q.iter().chain(&section.v).copied().collect()
+        section.numbers().collect()
     }
 }
 

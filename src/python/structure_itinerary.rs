@@ -152,8 +152,7 @@ pub(super) struct PyStructureItinerary(StructureItinerary);
 type TestRow = (PyStopCondition, f64, f64);
 
 fn stacked<'py>(py: Python<'py>, states: &[StructureState], count: usize) -> Stacked<'py> {
-    let flat: Vec<f64> =
-        states.iter().flat_map(|state| state.q.iter().chain(&state.v).copied()).collect();
+    let flat: Vec<f64> = states.iter().flat_map(StructureState::numbers).collect();
     PyArray1::from_vec(py, flat).reshape([states.len(), 2, count])
 }
 
@@ -334,7 +333,7 @@ impl PyStructureItinerary {
     ) -> PyResult<Matrix<'py>> {
         checked_leg(leg, self.0.legs.len())?;
         let state = self.cycle(system, &nodes)?.state_in_leg(leg, time);
-        let flat: Vec<f64> = state.q.iter().chain(&state.v).copied().collect();
+        let flat: Vec<f64> = state.numbers().collect();
         PyArray1::from_vec(py, flat).reshape([2, system.0.coordinates()])
     }
 }

@@ -22,7 +22,7 @@ impl PyStructureOrbit {
     #[getter]
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let state = &self.0.state;
-        let flat: Vec<f64> = state.q.iter().chain(&state.v).copied().collect();
+        let flat: Vec<f64> = state.numbers().collect();
         PyArray1::from_vec(py, flat).reshape([2, state.q.len()])
     }
 

@@ -25,7 +25,7 @@ use crate::contact::chatter::{Bounce, Limit, Others, Scales};
 use crate::flight::Drive;
 use crate::impact::StopImpact;
 use crate::model::error::StateError;
-use crate::model::state::Clock;
+use crate::model::state::{Clock, ModelState};
 use crate::model::structure::{Coordinates, Structure, StructureState, largest_number};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::lanes::LANES;
@@ -479,8 +479,9 @@ impl Model for Structure {
     }
 
     fn bits(leg: &AnchorOf<Self>) -> Vec<u64> {
-        let state = leg.state.q.iter().chain(&leg.state.v).map(|x| x.to_bits());
         let touching = leg.touching.at.iter().map(|&(stop, how)| u64::from(stop) << 8 | how as u64);
-        state.chain(touching).collect()
+        let mut bits = leg.state.bits();
+        bits.extend(touching);
+        bits
     }
 }

@@ -11,7 +11,7 @@ use nalgebra::DVector;
 use crate::analysis::approach::{Approach, approach_of, mean_of};
 use crate::analysis::lyapunov::standard_error;
 use crate::analysis::period::{
-    CHATTERING, Evidence, ImpactCount, Kind, PeriodReport, nearest_returns, residual,
+    Evidence, ImpactCount, Kind, PeriodReport, distance, nearest_returns, residual,
 };
 use crate::analysis::structure_orbit::{StructureOrbit, StructureStability, structure_orbit};
 use crate::analysis::tolerances::{
@@ -72,7 +72,7 @@ pub(super) fn attraction(
         let Ok(periods) = u32::try_from(m) else { continue };
         let turns: Vec<&StructureState> = late.iter().rev().step_by(m).collect();
         let Some(orbit) = attracting(structure, mean(&turns), periods, cancel) else { continue };
-        if impacts_in(&orbit, m) != number(&counts[counts.len() - m..]) {
+        if impacts_in(&orbit, m) != ImpactCount::of(&counts[counts.len() - m..]) {
             continue;
         }
         let m = orbit.periods as usize;
@@ -111,7 +111,7 @@ fn attracting(
     if orbit.stability != StructureStability::Stable {
         return None;
     }
-    let size = numbers(&orbit.state).fold(0.0, |most: f64, x| most.max(x.abs()));
+    let size = orbit.state.numbers().fold(0.0, |most: f64, x| most.max(x.abs()));
     let closes = |parts: &u32| {
         let options = RunOptions::periods(i64::from(periods / parts)).keep(0);
         run(structure, orbit.state.clone(), options, cancel)
@@ -126,14 +126,6 @@ fn largest(orbit: &StructureOrbit) -> f64 {
     orbit.multipliers.first().map_or(0.0, |largest| largest.norm())
 }
 
-fn number(counts: &[u32]) -> ImpactCount {
-    if counts.contains(&CHATTERING) {
-        ImpactCount::Infinite
-    } else {
-        ImpactCount::Finite(counts.iter().map(|&count| count as usize).sum())
-    }
-}
-
 /// Impacts of an orbit in so many periods, whole turns.
 fn impacts_in(orbit: &StructureOrbit, periods: usize) -> ImpactCount {
     if orbit.passed.iter().any(|passed| matches!(passed, StructurePassage::Chatter(_))) {
@@ -143,28 +135,22 @@ fn impacts_in(orbit: &StructureOrbit, periods: usize) -> ImpactCount {
     ImpactCount::Finite(each * (periods / orbit.periods as usize))
 }
 
-fn numbers(state: &StructureState) -> impl Iterator<Item = f64> + '_ {
-    state.q.iter().chain(&state.v).copied()
-}
-
-fn distance(a: &StructureState, b: &StructureState) -> f64 {
-    numbers(a).zip(numbers(b)).fold(0.0, |most, (a, b)| most.max((a - b).abs()))
-}
-
 /// A mean of states that keep the stops' distance keeps it, too: the gaps are linear.
 fn mean(states: &[&StructureState]) -> StructureState {
-    let count = states[0].q.len();
-    let mean = |i: usize| {
-        states.iter().filter_map(|state| numbers(state).nth(i)).sum::<f64>() / states.len() as f64
-    };
-    let all: Vec<f64> = (0..2 * count).map(mean).collect();
-    StructureState::new(&all[..count], &all[count..])
+    let mut mean = vec![0.0; 2 * states[0].q.len()];
+    for state in states {
+        mean.iter_mut().zip(state.numbers()).for_each(|(sum, x)| *sum += x);
+    }
+    for sum in &mut mean {
+        *sum /= states.len() as f64;
+    }
+    StructureState::of_numbers(&mean)
 }
 
 /// How the distance from the orbit changes, given the last turn first.
 fn approach(orbit: &StructureOrbit, turns: &[&StructureState]) -> Approach {
     let vector =
-        |state: &StructureState| DVector::from_iterator(orbit.matrix.nrows(), numbers(state));
+        |state: &StructureState| DVector::from_iterator(orbit.matrix.nrows(), state.numbers());
     let point = vector(&orbit.state);
     let off = turns.iter().rev().map(|turn| vector(turn) - &point);
     approach_of(&orbit.matrix, &orbit.multipliers, off)

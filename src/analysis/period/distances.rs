@@ -3,8 +3,9 @@
 use crate::analysis::tolerances::{EXTENT_DECREASE, REMAINING_PART};
 use crate::model::Point;
 
+/// Largest difference of a coordinate.
 #[inline]
-pub(super) fn distance<P: Point>(a: &P, b: &P) -> f64 {
+pub(crate) fn distance<P: Point>(a: &P, b: &P) -> f64 {
     a.zip(b, |a, b| (a - b).abs()).largest()
 }
 

@@ -1,5 +1,6 @@
 //! What the sections of a motion say of it: its orbit, what the verdict stands on, and its label.
 
+use super::CHATTERING;
 use super::evidence::{Evidence, Growth, GrowthVerdict, WhyUndecided};
 use crate::numerics::cancel::CancelToken;
 
@@ -23,6 +24,17 @@ pub enum ImpactCount {
     Finite(usize),
     /// Complete chatter.
     Infinite,
+}
+
+impl ImpactCount {
+    /// Of drive periods with so many impacts, [`CHATTERING`] where they are infinitely many.
+    pub(crate) fn of(counts: &[u32]) -> Self {
+        if counts.contains(&CHATTERING) {
+            Self::Infinite
+        } else {
+            Self::Finite(counts.iter().map(|&count| count as usize).sum())
+        }
+    }
 }
 
 impl std::fmt::Display for ImpactCount {

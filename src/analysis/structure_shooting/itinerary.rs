@@ -161,7 +161,7 @@ impl StructureItinerary {
             }
         }
         if ended.is_empty() {
-            let nodes = initial.q.iter().chain(&initial.v).copied().collect();
+            let nodes = initial.numbers().collect();
             return Ok((Self { legs: vec![StopLeg::Circuit], periods, clocks: vec![0] }, nodes));
         }
         // A leg leads from its node to the next impact.

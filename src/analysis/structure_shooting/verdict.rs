@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use super::{StopConditionValue, StructureCycle, StructureItinerary, numbers, state_of};
+use super::{StopConditionValue, StructureCycle, StructureItinerary, numbers};
 use crate::analysis::shooting::{Digits, is_same_cycle, is_violated, largest};
 use crate::analysis::tolerances::{CLOSES, NEAR_EVENT};
 use crate::model::error::StateError;
@@ -168,7 +168,7 @@ impl StructureCycle<'_> {
     #[must_use]
     pub fn sections(&self) -> Vec<StructureState> {
         if self.is_circuit() && self.itinerary.periods == 1 {
-            return vec![state_of(&self.nodes[0])];
+            return vec![StructureState::of_numbers(&self.nodes[0])];
         }
         let period = self.of.linearised.drive().period.value();
         (0..self.itinerary.periods).map(|k| self.state_at(k as f64 * period)).collect()

@@ -43,6 +43,17 @@ impl StructureState {
         assert_eq!(q.len(), v.len(), "as many velocities as coordinates");
         Self { q: Coordinates::from_slice(q), v: Coordinates::from_slice(v) }
     }
+
+    /// From all numbers, those of q first.
+    pub(crate) fn of_numbers(numbers: &[f64]) -> Self {
+        let (q, v) = numbers.split_at(numbers.len() / 2);
+        Self::new(q, v)
+    }
+
+    /// All numbers, those of q first.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        self.q.iter().chain(&self.v).copied()
+    }
 }
 
 /// Size of the largest number.
@@ -52,7 +63,7 @@ pub(crate) fn largest_number(of: &[f64]) -> f64 {
 
 impl ModelState for StructureState {
     fn is_finite(&self) -> bool {
-        self.q.iter().chain(&self.v).all(|x| x.is_finite())
+        self.numbers().all(f64::is_finite)
     }
 
     fn earlier(mut self, time: f64) -> Self {
@@ -63,6 +74,6 @@ impl ModelState for StructureState {
     }
 
     fn to_vec(&self) -> Vec<f64> {
-        self.q.iter().chain(&self.v).copied().collect()
+        self.numbers().collect()
     }
 }

@@ -50,12 +50,9 @@ impl<M: Recorded> Run<M> {
     fn noted_leg(&self, leg: &TracedLeg<M>, before: Option<&AnchorOf<M>>) -> NotedLeg<M> {
         let TracedLeg { events, begins, ref anchor, skips } = *leg;
         let Anchor { clock, ref state, phase, ref touching } = *anchor;
-        let bits = |state: &M::State| -> Vec<u64> {
-            state.to_vec().into_iter().map(f64::to_bits).collect()
-        };
         let is_known = self
             .told(events, begins.is_silent(), before)
-            .is_some_and(|(at, known)| at == clock && bits(&known) == bits(state));
+            .is_some_and(|(at, known)| at == clock && known.bits() == state.bits());
         let at = (!is_known).then(|| (clock, state.clone()));
         let begins = match begins {
             Begins::WithImpact(impact) => {

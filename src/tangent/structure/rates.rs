@@ -118,7 +118,7 @@ impl Linearised {
         let (places, acceleration) = rates.as_mut_slice().split_at_mut(count);
         places.copy_from_slice(&state.v);
         let Trig { cos, sin } = self.drive().trig_at(clock);
-        let times = state.q.iter().chain(&state.v).copied().chain([1.0, cos, sin]);
+        let times = state.numbers().chain([1.0, cos, sin]);
         for (row, time) in self.free.chunks_exact(count).zip(times) {
             acceleration.iter_mut().zip(row).for_each(|(a, x)| *a += x * time);
         }
