@@ -61,7 +61,7 @@ pub trait ModelState: Clone + PartialEq + Debug + Send + Sync {
     fn earlier(self, time: f64) -> Self;
     /// All numbers.
     fn to_vec(&self) -> Vec<f64>;
-    /// Their bits: equal ones are the same state, also where -0 equals 0.
+    /// Their bits, which tell -0 from 0.
     fn bits(&self) -> Vec<u64> {
         self.to_vec().into_iter().map(f64::to_bits).collect()
     }
