@@ -171,6 +171,53 @@ def test_contact_after_a_plastic_impact_needs_no_last_digit():
     assert any(0 < gap < 1e-14 for gap in gaps)
 
 
+def test_plastic_impacts_that_end_in_contact_have_the_derivative_by_restitution():
+    # A little restitution makes bounces, which close the contact again at once.
+    ball = vi.System(
+        mass_ratio=0,
+        frequency_ratio=0,
+        restitution=0,
+        gap=0,
+        drive_frequency=0,
+        moment_amplitude=1,
+        contact="direct",
+    )
+    at_rest = vi.simulate(ball, initial=(-1, 0, 0, 0), time=3.2).sensitivity("restitution")
+    assert at_rest.final_state[:, 0] == pytest.approx([0, 0, 0, 0], abs=1e-15)
+    largest = 0.0
+    for friction in (0.0, 0.25):
+        for law in ("poisson", "newton", "energetic"):
+            at = vi.System(
+                mass_ratio=0.9,
+                frequency_ratio=1.37,
+                restitution=0,
+                gap=0.31,
+                drive_frequency=1.23,
+                moment_amplitude=0.8,
+                force_amplitude=0.3,
+                phase=0.4,
+                friction=friction,
+                pendulum_damping=0.04,
+                oscillator_damping=0.07,
+                law=law,
+            )
+
+            def final(restitution: float, at: vi.System = at) -> np.ndarray:
+                of = at.replace(restitution=restitution)
+                return vi.simulate(of, initial=(0.05, 0.2, -0.1, 0.3), time=30).final_state.state
+
+            run = vi.simulate(at, initial=(0.05, 0.2, -0.1, 0.3), time=30)
+            assert len(run.contacts) > 2
+            h = 1e-6
+            slope = (4 * np.subtract(final(h), final(0)) - np.subtract(final(2 * h), final(0))) / (
+                2 * h
+            )
+            found = run.sensitivity("restitution").final_state[:, 0]
+            assert found == pytest.approx(slope, rel=1e-5, abs=1e-6)
+            largest = max(largest, np.abs(found).max())
+    assert largest > 0.1
+
+
 def test_sections_lie_on_the_trajectory():
     of = vi.simulate(DAMPED, initial=START, periods=4, section_phase=1.0)
     names = ("gap", "phase", "drive_frequency")

@@ -11,6 +11,9 @@ use super::legs::{KeptLegs, SensitiveLeg};
 use super::marks::{OneSided, OneSidedReason, one_sided};
 use super::source::{Next, Passed, Source};
 use super::table::SensitivityTable;
+use crate::contact::sustained::ContactMode;
+use crate::model::contact_coordinates::PreImpact;
+use crate::model::parameters::Contact;
 use crate::model::state::{Clock, State};
 use crate::simulate::event::{Event, StopReason};
 use crate::tangent::itinerary::{LegChange, LegReader};
@@ -378,8 +381,35 @@ impl<'a> Follower<'a> {
         if drive.until(self.began, clock).value() > 0.0 {
             return Err(SensitivityError::Landing { time: drive.time(clock) });
         }
+        if self.leg.here.departure.slope.is_some() {
+            self.stay_closed(&state);
+        }
         self.leg.here.state = state;
         Ok(())
+    }
+
+    /// Columns after an impact that ends in contact, where a number lets the bodies part: the bounces that
+    /// then follow close the contact at once, by an impulse along the path of that impact.
+    fn stay_closed(&mut self, state: &State) {
+        let system = &self.of.system;
+        let pre = PreImpact::new(system.contact, state);
+        let contact = pre.coordinates(system.mass_ratio, system.friction);
+        let slip_rate = match self.reader.mode {
+            // A tip that sticks at a wall follows it wherever it moves.
+            Some(ContactMode::Stick) if !contact.is_against_wall() => 0.0,
+            Some(ContactMode::Stick) => contact.coupling,
+            _ => contact.slip_rate(1f64.copysign(state.v1)),
+        };
+        let slows = contact.mobility + slip_rate * contact.coupling;
+        if slows <= 0.0 {
+            return;
+        }
+        let turned = if system.contact == Contact::Oblique { pre.sin * state.v1 } else { 0.0 };
+        for [x1, v1, v2, _] in &mut self.leg.here.columns {
+            let impulse = (contact.coupling * *v1 - turned * *x1 - *v2) / slows;
+            *v1 -= slip_rate * impulse;
+            *v2 += contact.mobility * impulse;
+        }
     }
 }
 
