@@ -6,16 +6,9 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from systems import PAPER as SYSTEM
 from two_masses import structure
 
-SYSTEM = vi.System(
-    mass_ratio=0.6,
-    frequency_ratio=2.0,
-    restitution=0.8,
-    gap=0.5,
-    drive_frequency=1.8,
-    moment_amplitude=1.0,
-)
 START = (0.0, 0.5, 0.0, 0.0)
 RUN = vi.simulate(SYSTEM, initial=START, periods=6)
 RECORD = vi.measure(RUN, "x1", sampling=1.0)

@@ -5,7 +5,7 @@
 //! derivatives, some columns at a time. Its impacts are those of the run; of those that the run has
 //! skipped, hop by hop, only as many follow as it takes until derivatives have converged.
 
-use super::columns::{Columns, Differentiated, Here};
+use super::columns::{Column, Columns, Differentiated, Here};
 use super::error::SensitivityError;
 use super::impact::FollowedImpact;
 use crate::contact::tolerances::CHATTER_SPACING;
@@ -92,6 +92,14 @@ impl Bounces {
 }
 
 impl Differentiated {
+    /// How fast the bodies approach at a contact in this state, u, by what these columns are.
+    pub fn approach(&self, state: &State) -> impl Fn(&Column) -> f64 + use<> {
+        let contact = self.system.contact;
+        let angle = contact.angle(state.x1);
+        let turned = if contact == Contact::Oblique { angle.sin * state.v1 } else { 0.0 };
+        move |&[x1, v1, v2, _]| angle.cos * v1 - turned * x1 - v2
+    }
+
     /// Derivatives of x1, x1', x2' and the time where chatter ends, at this clock in this state, the last
     /// of whose impacts in the run leads here.
     pub fn chatter(
@@ -173,8 +181,6 @@ impl Differentiated {
         (clock, state): (Clock, &State),
         limit: &mut Limit,
     ) {
-        let contact = self.system.contact;
-        let oblique = contact == Contact::Oblique;
         let start = bounces.start.clock;
         let count = N.min(self.by.len() - first);
         let dual = |value: f64, slope: &dyn Fn(usize) -> f64| Dual::<N> {
@@ -186,12 +192,8 @@ impl Differentiated {
         for ((node, values), sample) in nodes.iter_mut().zip(&mut values).zip(samples.iter().rev())
         {
             let Here { state, clock, columns, .. } = &sample.here;
-            let angle = contact.angle(state.x1);
-            let turned = if oblique { angle.sin * state.v1 } else { 0.0 };
-            *node = dual(sample.u, &|i| {
-                let [x1, v1, v2, _] = columns[i];
-                v2 - angle.cos * v1 + turned * x1
-            });
+            let approach = self.approach(state);
+            *node = dual(sample.u, &|i| -approach(&columns[i]));
             let [time, x1, v1] = sample.values();
             let since = |i: usize| columns[i][3] + self.later(self.by[i], start, *clock);
             *values =
@@ -208,14 +210,14 @@ impl Differentiated {
         }
         let [time, x1, v1] = all;
         let stops = bounces.formula.is_some_and(|(kind, ..)| kind.sticks());
-        let angle = contact.angle(state.x1);
-        let turned = if oblique { angle.sin * state.v1 } else { 0.0 };
+        let approach = self.approach(state);
         limit.columns.extend((0..count).map(|j| {
             // A tip that stops in each impact is at rest in the limit.
             let v1 = if stops { 0.0 } else { v1.slope[j] };
             let x1 = x1.slope[j];
             let delay = time.slope[j] - self.later(self.by[first + j], start, clock);
-            [x1, v1, angle.cos * v1 - turned * x1, delay]
+            // In the limit the bodies stay together.
+            [x1, v1, approach(&[x1, v1, 0.0, delay]), delay]
         }));
     }
 }

@@ -13,7 +13,6 @@ use super::source::{Next, Passed, Source};
 use super::table::SensitivityTable;
 use crate::contact::sustained::ContactMode;
 use crate::model::contact_coordinates::PreImpact;
-use crate::model::parameters::Contact;
 use crate::model::state::{Clock, State};
 use crate::simulate::event::{Event, StopReason};
 use crate::tangent::itinerary::{LegChange, LegReader};
@@ -404,11 +403,11 @@ impl<'a> Follower<'a> {
         if slows <= 0.0 {
             return;
         }
-        let turned = if system.contact == Contact::Oblique { pre.sin * state.v1 } else { 0.0 };
-        for [x1, v1, v2, _] in &mut self.leg.here.columns {
-            let impulse = (contact.coupling * *v1 - turned * *x1 - *v2) / slows;
-            *v1 -= slip_rate * impulse;
-            *v2 += contact.mobility * impulse;
+        let approach = self.of.approach(state);
+        for column in &mut self.leg.here.columns {
+            let impulse = approach(column) / slows;
+            column[1] -= slip_rate * impulse;
+            column[2] += contact.mobility * impulse;
         }
     }
 }
