@@ -108,6 +108,16 @@ impl<T: Number> ClosedContact<T> {
         let Self { at, slip_acceleration, parting_acceleration, .. } = *self;
         at.mobility * slip_acceleration + parting_acceleration * at.slip_rate(direction)
     }
+
+    /// w at the accumulation point of bounces that slip in this direction, to leading order, time `left`
+    /// after an impact with separation velocity u, which shrinks by the ratio q: w + alpha T - k S,
+    /// S = (1 + q) u/((1 - q)(m + k b/h)).
+    pub fn slip_after_bounces(&self, direction: f64, (u, q): (T, T), left: T) -> T {
+        let Self { at, slip_acceleration, .. } = *self;
+        let (one, k) = (T::constant(1.0), at.slip_rate(direction));
+        let impulse = (one + q) * u / ((one - q) * (at.mobility + k * at.coupling));
+        at.slip + slip_acceleration * left - k * impulse
+    }
 }
 
 /// A closed contact at one instant, with all that decides what follows.
@@ -217,14 +227,5 @@ impl ContactInstant {
         let friction = at.friction * direction;
         let tangential = if friction == 0.0 { 0.0 } else { -friction * side.signum() * normal };
         ContactForce { normal, tangential }
-    }
-
-    /// w at the accumulation point of bounces that slip, to leading order, time `left` after an
-    /// impact with separation velocity u: w + alpha T - k S, S = (1 + q) u/((1 - q)(m + k b/h)).
-    pub fn slip_after_bounces(&self, u: f64, q: f64, left: f64) -> f64 {
-        let ClosedContact { at, slip_acceleration, .. } = &self.contact;
-        let k = at.slip_rate(1f64.copysign(at.slip));
-        let impulse = (1.0 + q) * u / ((1.0 - q) * (at.mobility + k * at.coupling));
-        at.slip + slip_acceleration * left - k * impulse
     }
 }

@@ -153,7 +153,8 @@ impl System {
         (u, q): (f64, f64),
         left: f64,
     ) -> f64 {
-        self.contact_instant(phase, state).slip_after_bounces(u, q, left)
+        let contact = self.contact_instant(phase, state).contact;
+        contact.slip_after_bounces(1f64.copysign(contact.at.slip), (u, q), left)
     }
 }
 

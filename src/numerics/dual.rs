@@ -21,6 +21,8 @@ pub(crate) trait Number:
     fn constant(value: f64) -> Self;
     /// The number without its derivatives.
     fn value(self) -> f64;
+    /// Whether no direction matters.
+    fn is_constant(&self) -> bool;
     /// This number, its value known better than by its formula. A number with derivatives stays on
     /// the formula: value and derivatives belong together.
     fn with_value(self, value: f64) -> Self;
@@ -40,6 +42,11 @@ impl Number for f64 {
     #[inline(always)]
     fn value(self) -> f64 {
         self
+    }
+
+    #[inline(always)]
+    fn is_constant(&self) -> bool {
+        true
     }
 
     #[inline(always)]
@@ -85,11 +92,6 @@ impl<const N: usize> Dual<N> {
         Self { value, slope }
     }
 
-    /// Whether no direction matters.
-    pub fn is_constant(&self) -> bool {
-        self.slope.iter().all(|&slope| slope == 0.0)
-    }
-
     #[inline(always)]
     fn map(self, value: f64, derivative: f64) -> Self {
         Self { value, slope: std::array::from_fn(|i| derivative * self.slope[i]) }
@@ -110,6 +112,11 @@ impl<const N: usize> Number for Dual<N> {
     #[inline(always)]
     fn value(self) -> f64 {
         self.value
+    }
+
+    #[inline(always)]
+    fn is_constant(&self) -> bool {
+        self.slope.iter().all(|&slope| slope == 0.0)
     }
 
     #[inline(always)]

@@ -26,6 +26,25 @@ pub(crate) fn at_zero<T: Number, const N: usize>(
     table[0]
 }
 
+/// As [`at_zero`] where the values have no slope at u = 0: the polynomials with p'(0) = 0, one degree
+/// higher. With P and Q through the points (u_i, y_i/u_i) and (u_i, 1/u_i) they are P(0)/Q(0), and Q(0) =
+/// sum of 1/u_i.
+pub(crate) fn at_level_zero<T: Number, const N: usize>(
+    nodes: &[T],
+    mut values: impl AsMut<[[T; N]]>,
+) -> [T; N] {
+    let one = T::constant(1.0);
+    let nearest = values.as_mut()[0];
+    let mut per_node = T::constant(0.0);
+    for (&node, values) in nodes.iter().zip(values.as_mut()) {
+        let each = one / node;
+        per_node = per_node + each;
+        *values = std::array::from_fn(|c| (values[c] - nearest[c]) * each);
+    }
+    let above = at_zero(nodes, values);
+    std::array::from_fn(|c| nearest[c] + above[c] / per_node)
+}
+
 /// Values at some nodes, each so many times, are the value at 0 of the polynomial through them:
 /// w_k = product over m of u_m/(u_m - u_k).
 pub(crate) struct Weights(SmallVec<[f64; FEW]>);
@@ -63,13 +82,21 @@ impl Weights {
 
 #[cfg(test)]
 mod tests {
-    use super::{Weights, at_zero};
+    use super::{Weights, at_level_zero, at_zero};
 
     #[test]
     fn a_cubic_through_four_points_is_extrapolated_exactly() {
         let nodes = [0.5, 1.0, 2.0, 4.0];
         let values = nodes.map(|u: f64| [3.0 - u * (1.0 - u * (2.0 + u)), u]);
         assert_eq!(at_zero(&nodes, values), [3.0, 0.0]);
+    }
+
+    #[test]
+    fn so_is_a_level_one_through_three() {
+        let nodes = [0.5, 1.0, 2.0];
+        let values = nodes.map(|u: f64| [3.0 + u * u * (2.0 - u), u * u]);
+        assert_eq!(at_level_zero(&nodes, values), [3.0, 0.0]);
+        assert_eq!(at_level_zero(&nodes[..1], values), values[0]);
     }
 
     #[test]

@@ -1,13 +1,16 @@
 //! Derivatives of complete chatter.
 //!
-//! Time and state just after the impacts of one sequence are smooth functions of the separation
-//! velocity u. The impacts are followed one by one, with their derivatives, and extrapolated to
-//! u = 0 by the same polynomials for numbers that carry derivatives: the derivative of the
-//! extrapolated value, which converges as the value does.
+//! A bounce tells where its sequence ends to leading order, with an error O(u^2) in the separation
+//! velocity u, and what it tells is a smooth function of u along the sequence: without a slope at u = 0.
+//! So the impacts are followed one by one, with their derivatives, and what they tell is extrapolated to
+//! u = 0 by polynomials for numbers that carry derivatives: the derivative of the extrapolated value,
+//! which converges as the value does. At a small r few bounces are left, and they are enough.
+
+use smallvec::SmallVec;
 
 use super::border::{BorderValue, note_least};
-use super::contact::on_contact;
-use super::{Dual, DualState, Model, Moment, fly, free_gap_acceleration, impact_in_regime};
+use super::contact::{closed_contact, on_contact};
+use super::{DIRECTIONS, Dual, DualState, Model, Moment, fly, impact_in_regime};
 use crate::contact::tolerances::CHATTER_SPACING;
 use crate::flight::{Found, next_contact};
 use crate::impact::{PreImpact, RegimeKind, resolve};
@@ -15,15 +18,104 @@ use crate::model::state::{Clock, State};
 use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
-use crate::numerics::extrapolation::at_zero;
+use crate::numerics::extrapolation::at_level_zero;
 use crate::search::Start;
 use crate::tangent::itinerary::Signs;
 use crate::tangent::tolerances::{
-    CONVERGED, LOWEST_REVERSING, MOST_BOUNCES, MOST_EXTRAPOLATED, MOST_HOP_FLIGHTS,
+    CONVERGED, MOST_BOUNCES, MOST_EXTRAPOLATED, MOST_HOP_FLIGHTS, SAME_SLOPES,
 };
 
-/// u, and differences from the first sample of time, x1 and x1' just after an impact.
-type Sample = (Dual, [Dual; 3]);
+/// Time, x1 and x1' at the end of a sequence.
+pub(super) type End<const N: usize> = [Dual<N>; 3];
+
+/// What a bounce tells of the end of its sequence: the time that is left until then, x1 and x1' there.
+/// u is its separation velocity, which shrinks by this ratio; `slips`: as the impacts that follow do, if
+/// the tip goes on in them. `None` where nothing pulls the bodies together.
+pub(super) fn end_ahead<const N: usize>(
+    model: &Model<N>,
+    (state, moment): (&DualState<N>, &Moment<N>),
+    (u, ratio): (Dual<N>, Dual<N>),
+    slips: Option<Signs>,
+) -> Option<End<N>> {
+    let contact = closed_contact(model, state, moment, slips.map(|signs| signs.side.value()));
+    let pull = contact.gap_acceleration;
+    if ratio.value >= 1.0 || pull.value <= 0.0 {
+        return None;
+    }
+    let left = u * 2.0 / ((Dual::constant(1.0) - ratio) * pull);
+    let v1 = match slips {
+        Some(signs) => contact.slip_after_bounces(signs.direction.value(), (u, ratio), left),
+        None => Dual::constant(0.0),
+    };
+    Some([left, state.x1 + state.v1 * left, v1])
+}
+
+/// The end of a sequence, from what several of its bounces tell.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limit<E> {
+    pub end: E,
+    /// How much they differ from those of one bounce less, and their derivatives do, relative to 1 and their
+    /// size.
+    pub off: f64,
+    pub slopes_off: f64,
+}
+
+impl<const N: usize> Limit<End<N>> {
+    /// From u and what it tells of each bounce, the newest first; `noise`: rounding of the derivatives.
+    pub fn new(nodes: &[Dual<N>], ends: &[End<N>], noise: f64) -> Self {
+        type Ends<const N: usize> = SmallVec<[End<N>; MOST_EXTRAPOLATED]>;
+        let through =
+            |count: usize| at_level_zero(&nodes[..count], Ends::<N>::from_slice(&ends[..count]));
+        let end = through(nodes.len());
+        if let [only] = nodes {
+            // The order of what is left out, and of its derivatives.
+            let u = only.value;
+            return Self { end, off: u * u, slopes_off: u.max(noise) };
+        }
+        let (mut off, mut slopes_off) = (0.0f64, noise);
+        for (a, b) in end.iter().zip(&through(nodes.len() - 1)) {
+            off = off.max((a.value - b.value).abs());
+            for (a, b) in a.slope.iter().zip(&b.slope) {
+                slopes_off = slopes_off.max((a - b).abs() / (1.0 + a.abs()));
+            }
+        }
+        Self { end, off, slopes_off }
+    }
+}
+
+impl<E> Limit<E> {
+    /// Whether it is known as well as it can be.
+    pub fn is_exact(&self) -> bool {
+        self.off <= EPS && self.slopes_off <= SAME_SLOPES
+    }
+
+    /// Whether it is the end.
+    pub fn has_converged(&self) -> bool {
+        self.off <= CONVERGED
+    }
+
+    /// The better one of two; `None`: there is none yet.
+    pub fn better(self, other: Option<Self>) -> Self {
+        let order = |limit: &Self| (limit.off.max(EPS), limit.slopes_off);
+        let better = |other: &Self| order(other) <= order(&self);
+        other.filter(better).unwrap_or(self)
+    }
+}
+
+/// What bounces of one sequence are alike in: regime and signs, and the piece of the restitution curve.
+/// Only with one formula for each impact are they smooth functions of u.
+pub(super) type Formula = (RegimeKind, Signs, usize);
+
+/// How the tip goes on slipping in bounces with this formula; `None`: it stops in each.
+pub(super) fn slips((kind, signs, _): Formula) -> Option<Signs> {
+    matches!(kind, RegimeKind::Slip | RegimeKind::Frictionless).then_some(signs)
+}
+
+/// Whether slip reverses in each bounce: then x1' falls by another factor than u, and nothing is
+/// extrapolated.
+pub(super) fn reverses((kind, ..): Formula) -> bool {
+    matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution)
+}
 
 /// Where a chatter sequence ends.
 pub(crate) struct Accumulation {
@@ -31,6 +123,56 @@ pub(crate) struct Accumulation {
     pub moment: Moment,
     /// The least value of each border of the regime over all impacts.
     pub borders: Vec<BorderValue>,
+}
+
+/// The bounces of a sequence, as far as they are extrapolated, the newest first, and the best limit so far.
+#[derive(Default)]
+struct Sequence {
+    formula: Option<Formula>,
+    nodes: SmallVec<[Dual; MOST_EXTRAPOLATED + 1]>,
+    ends: SmallVec<[End<DIRECTIONS>; MOST_EXTRAPOLATED + 1]>,
+    best: Option<Limit<End<DIRECTIONS>>>,
+}
+
+impl Sequence {
+    /// Begins anew where the formula is another one; whether it is.
+    fn begins(&mut self, formula: Formula) -> bool {
+        let other = self.formula != Some(formula);
+        if other {
+            *self = Self { formula: Some(formula), ..Self::default() };
+        }
+        other
+    }
+
+    /// Takes a bounce, with the rounding of its derivatives.
+    fn take(
+        &mut self,
+        model: &Model,
+        (state, passed, moment): (&DualState, Dual, &Moment),
+        (u, ratio): (Dual, Dual),
+        noise: f64,
+    ) {
+        let Some(formula) = self.formula else { return };
+        let close = self.nodes.first().is_some_and(|last| u.value > CHATTER_SPACING * last.value);
+        if close || u.value <= 0.0 {
+            return;
+        }
+        let now = moment.later(passed);
+        let Some([left, x1, v1]) = end_ahead(model, (state, &now), (u, ratio), slips(formula))
+        else {
+            return;
+        };
+        if reverses(formula) {
+            self.nodes.clear();
+            self.ends.clear();
+        }
+        self.nodes.insert(0, u);
+        self.ends.insert(0, [passed + left, x1, v1]);
+        self.nodes.truncate(MOST_EXTRAPOLATED);
+        self.ends.truncate(MOST_EXTRAPOLATED);
+        let limit = Limit::new(&self.nodes, &self.ends, noise);
+        self.best = Some(limit.better(self.best));
+    }
 }
 
 /// The accumulation point of the chatter that follows the state just after an impact; `None` if
@@ -41,64 +183,34 @@ pub(crate) fn accumulate(
     moment: &Moment,
 ) -> Option<Accumulation> {
     let (mut state, mut passed) = (*start, Dual::constant(0.0));
-    let mut samples: Vec<Sample> = Vec::new();
-    let mut best: Option<(f64, [Dual; 3])> = None;
+    let mut sequence = Sequence::default();
     let mut borders: Vec<BorderValue> = Vec::new();
-    let mut regime = None;
-    let (mut stops, mut reverses, mut ratio) = (false, false, 1.0);
     for _ in 0..MOST_BOUNCES {
         let u = -model.approach_velocity(&state);
-        if u.value <= 0.0 || (reverses && u.value <= LOWEST_REVERSING) {
+        // Rounding of the derivatives after the next impact, for which a gap is divided by u.
+        let noise = EPS / u.value;
+        let known = |best: Limit<_>| best.off <= EPS && best.slopes_off < noise;
+        if u.value <= 0.0 || sequence.best.is_some_and(known) {
             break;
-        }
-        if !reverses
-            && samples.last().is_none_or(|(last, _)| u.value <= CHATTER_SPACING * last.value)
-        {
-            samples.push((u, [passed, state.x1 - start.x1, state.v1 - start.v1]));
-            let newest = &samples[samples.len().saturating_sub(MOST_EXTRAPOLATED)..];
-            if newest.len() >= 4 {
-                let (nodes, values): (Vec<_>, Vec<_>) = newest.iter().rev().copied().unzip();
-                let through = |count: usize| at_zero(&nodes[..count], values.clone());
-                let (limit, lower) = (through(nodes.len()), through(nodes.len() - 1));
-                let differences = limit.iter().zip(&lower).map(|(a, b)| (a.value - b.value).abs());
-                let difference = differences.fold(0.0, f64::max);
-                if best.is_none_or(|(least, _)| difference < least) {
-                    best = Some((difference, limit));
-                }
-                if difference <= EPS || u.value <= LOWEST_REVERSING * LOWEST_REVERSING {
-                    break;
-                }
-            }
         }
         // Flights at rounding level cannot be distinguished from contact.
         let Some(bounce) = bounce(model, &state, &moment.later(passed)) else { break };
-        ratio = model.approach_velocity(&bounce.post).value / -u.value;
-        (stops, reverses) = (bounce.stops, bounce.reverses);
-        (state, passed) = (bounce.post, passed + bounce.time);
-        if regime.replace(bounce.regime) != Some(bounce.regime) {
-            // Only impacts in one regime, with one formula for r, are smooth functions of u.
-            samples.clear();
-            best = None;
+        let separation = -model.approach_velocity(&bounce.post);
+        let ratio = separation / bounce.approach_velocity;
+        if sequence.begins(bounce.formula) {
+            // The state before has led to the same bounces.
+            sequence.take(model, (&state, passed, moment), (u, ratio), 0.0);
         }
+        (state, passed) = (bounce.post, passed + bounce.time);
+        sequence.take(model, (&state, passed, moment), (separation, ratio), noise);
         for border in bounce.borders {
             note_least(&mut borders, border);
         }
-    }
-    let stop = Dual::constant(0.0);
-    let (x1, v1, time) = if reverses {
-        let now = moment.later(passed);
-        let (u, pull) =
-            (-model.approach_velocity(&state), free_gap_acceleration(model, &state, &now));
-        if ratio >= 1.0 || pull.value <= 0.0 {
-            return None;
+        if sequence.best.is_some_and(|best| best.is_exact()) {
+            break;
         }
-        let left = u * (2.0 / (1.0 - ratio)) / pull;
-        (state.x1 + state.v1 * left, stop, passed + left)
-    } else {
-        let (_, [time, x1, v1]) = best.filter(|(difference, _)| *difference <= CONVERGED)?;
-        // A tip that stops in each impact is at rest in the limit.
-        (start.x1 + x1, if stops { stop } else { start.v1 + v1 }, time)
-    };
+    }
+    let [time, x1, v1] = sequence.best.filter(Limit::has_converged)?.end;
     Some(Accumulation { state: on_contact(model, x1, v1), moment: moment.later(time), borders })
 }
 
@@ -106,12 +218,10 @@ pub(crate) fn accumulate(
 struct Bounce {
     post: DualState,
     time: Dual,
-    /// Whether the tip stops in the impact, or reverses.
-    stops: bool,
-    reverses: bool,
+    /// u before it.
+    approach_velocity: Dual,
     borders: Vec<BorderValue>,
-    /// Regime and signs, and the piece of the restitution curve.
-    regime: (RegimeKind, Signs, usize),
+    formula: Formula,
 }
 
 fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
@@ -132,13 +242,9 @@ fn bounce(model: &Model, state: &DualState, moment: &Moment) -> Option<Bounce> {
     Some(Bounce {
         post,
         time: hop,
-        stops: matches!(kind, RegimeKind::StickInApproach | RegimeKind::StickInRestitution),
-        reverses: matches!(
-            kind,
-            RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution
-        ),
+        approach_velocity: impact.approach_velocity,
         borders: impact.borders,
-        regime: (kind, signs, system.coefficient().piece(u)),
+        formula: (kind, signs, system.coefficient().piece(u)),
     })
 }
 

@@ -2,7 +2,7 @@
 //! (docs/theory.md, section 5).
 
 use super::{Dual, DualState, Model, Moment};
-use crate::contact::sustained::{ContactMode, SlideEnd, SlideStep};
+use crate::contact::sustained::{ClosedContact, ContactMode, SlideEnd, SlideStep};
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
 use crate::tangent::border::{Border, BorderValue, note_least};
@@ -137,15 +137,27 @@ pub(crate) fn on_contact<const N: usize>(
     DualState { x1, v1, x2: model.contact_place(x1), v2 }
 }
 
+/// A state on the contact as a closed one; `side`: sgn sin x1, unless it is given.
+pub(super) fn closed_contact<const N: usize>(
+    model: &Model<N>,
+    state: &DualState<N>,
+    moment: &Moment<N>,
+    side: Option<f64>,
+) -> ClosedContact<Dual<N>> {
+    let angle = model.angle(state.x1);
+    let (a1, a2) = model.free_accelerations(state, moment);
+    let a2 = if model.wall_at_rest { Dual::constant(0.0) } else { a2 };
+    let side = side.unwrap_or(1f64.copysign(angle.sin.value));
+    model.parameters.closed_contact(angle, (state.v1, state.v2), (a1, a2), side)
+}
+
 /// g'' of the free motion, which a contact force has to take away.
 pub(crate) fn free_gap_acceleration<const N: usize>(
     model: &Model<N>,
     state: &DualState<N>,
     moment: &Moment<N>,
 ) -> Dual<N> {
-    let (a1, a2) = model.free_accelerations(state, moment);
-    let a2 = if model.wall_at_rest { Dual::constant(0.0) } else { a2 };
-    model.angle(state.x1).gap_acceleration(state.v1, (a1, a2))
+    closed_contact(model, state, moment, None).gap_acceleration
 }
 
 /// Conditions of a stick: all positive while it lasts; the one that ends it, and the least values
@@ -222,10 +234,7 @@ fn stick_limits<const N: usize>(
     state: &DualState<N>,
     moment: &Moment<N>,
 ) -> Vec<(StickEnd, Border, Dual<N>)> {
-    let angle = model.angle(state.x1);
-    let accelerations = model.free_accelerations(state, moment);
-    let (velocities, side) = ((state.v1, state.v2), 1f64.copysign(angle.sin.value));
-    let contact = model.parameters.closed_contact(angle, velocities, accelerations, side);
+    let contact = closed_contact(model, state, moment, None);
     if contact.at.is_against_wall() {
         // A wall at rest: p = a1/cos x1.
         let force = contact.slip_acceleration * contact.at.coupling;

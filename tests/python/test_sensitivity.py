@@ -218,6 +218,68 @@ def test_plastic_impacts_that_end_in_contact_have_the_derivative_by_restitution(
     assert largest > 0.1
 
 
+#: Systems whose first impacts end in contact that slides either way, sticks and is released.
+SETTLES = [
+    DAMPED.replace(force_amplitude=0.8, drive_frequency=0.6),
+    DAMPED.replace(force_amplitude=0.8, drive_frequency=0.5, friction=0.4),
+    DAMPED.replace(drive_frequency=0.25, moment_amplitude=3, force_amplitude=1.5, friction=0.3),
+    DAMPED.replace(force_amplitude=0.8, drive_frequency=0.6, friction=1.4),
+    DAMPED.replace(force_amplitude=0.8, drive_frequency=0.6, contact="direct"),
+]
+
+
+@pytest.mark.parametrize("system", SETTLES)
+def test_few_bounces_have_nearly_the_derivatives_of_none(system):
+    names = ("restitution", "gap", "mass_ratio", "drive_frequency", "moment_amplitude", "v1")
+
+    def found(restitution: float) -> np.ndarray:
+        run = vi.simulate(system.replace(restitution=restitution), initial=START, time=9)
+        assert len(run.contacts) > 0
+        return run.sensitivity(*names).final_state
+
+    plastic = found(0)
+    for restitution in 10.0 ** np.arange(-12, -3):
+        off = np.abs(found(restitution) - plastic) / (1 + np.abs(plastic))
+        assert off.max() < 1e-11 + 40 * restitution
+
+
+@pytest.mark.parametrize("system", SETTLES[:-1])
+def test_no_friction_is_the_limit_of_little(system):
+    def found(friction: float) -> np.ndarray:
+        of = system.replace(friction=friction, restitution=0.2)
+        return vi.simulate(of, initial=START, time=9).sensitivity("friction", "gap").final_state
+
+    assert np.abs(found(0)[:, 0]).max() > 0.1
+    assert found(0) == pytest.approx(found(1e-9), rel=1e-7, abs=1e-7)
+
+
+def test_friction_that_would_reverse_in_a_slide_has_its_derivative():
+    # From the start on the contact the tip slides one way, and back.
+    at = vi.System(
+        mass_ratio=0.9,
+        frequency_ratio=1,
+        restitution=0,
+        gap=0,
+        drive_frequency=0.3,
+        moment_amplitude=0.1,
+        static_moment=0.6,
+        static_force=-0.3,
+    )
+    start = (0.1, 0.3, np.sin(0.1), 0.3 * np.cos(0.1))
+    run = vi.simulate(at, initial=start, time=6)
+    sides = np.sign(run.trajectory(np.linspace(0, 6, 50))[:, 1])
+    assert {-1, 1} <= set(sides)
+    found = run.sensitivity("friction").final_state[:, 0]
+
+    def final(friction: float) -> np.ndarray:
+        return vi.simulate(at.replace(friction=friction), initial=start, time=6).final_state.state
+
+    h = 1e-6
+    slope = (4 * np.subtract(final(h), final(0)) - np.subtract(final(2 * h), final(0))) / (2 * h)
+    assert np.abs(found).max() > 0.05
+    assert found == pytest.approx(slope, rel=1e-6, abs=1e-8)
+
+
 def test_sections_lie_on_the_trajectory():
     of = vi.simulate(DAMPED, initial=START, periods=4, section_phase=1.0)
     names = ("gap", "phase", "drive_frequency")

@@ -4,8 +4,10 @@
 
 Derivatives of runs by every parameter and by the start, as central differences of two runs of the
 reference simulator (hybrid.py, 544 bits) that differ by 2 H in one number: their error is that of
-the third derivatives times H^2/6, and that of the runs divided by H. Inputs are float64, written so
-that reading the decimal gives the same bits. Format: tests/data/README.md.
+the third derivatives times H^2/6, and that of the runs divided by H. At the end of the range of
+restitution and friction, 0, they are one-sided differences of fourth order with a larger step, so
+that bounces can be told from contact. Inputs are float64, written so that reading the decimal gives
+the same bits. Format: tests/data/README.md.
 """
 
 from __future__ import annotations
@@ -23,10 +25,15 @@ NAME = "sensitivity_reference.json"
 #: Half the distance of the two numbers, and the digits that are left.
 H = fmpq(1, 10**25)
 DIGITS = 20
+#: Of one-sided differences: the step, and the weights of what lies 0, 1, ... steps ahead, in 1/12.
+ASIDE = fmpq(1, 10**7)
+WEIGHTS = (-25, 48, -36, 16, -3)
 STARTS = ("x1", "v1", "x2", "v2")
 #: Parameters that may not be negative: at 0 there is no second run.
 POSITIVE = ("mbar", "omega0", "r", "omega", "zeta1", "zeta2", "mu")
 PARAMETERS = (*POSITIVE, "delta", "f1", "f2", "c1", "c2")
+#: Those of which a motion with contact has a one-sided derivative at 0.
+ONE_SIDED = ("r", "mu")
 #: What is told of an impact.
 IMPACT = ("time", "x1", "v1_pre", "x2", "v2_pre", "v1_post", "v2_post")
 
@@ -42,6 +49,7 @@ class Scene:
     law: str = "poisson"
     initial: tuple[float, float, float, float] = (0.0, 0.5, 0.0, 0.0)
     impacts: int | None = field(default=None)
+    one_sided: bool = False
 
     def numbers(self) -> dict[str, fmpq]:
         """The parameters, the phase and the start, exactly."""
@@ -50,9 +58,11 @@ class Scene:
         return {**values, "phi": exact(self.phase), **start}
 
     def names(self) -> list[str]:
-        """What the run is differentiated by: not what lies at the end of its range."""
+        """What the run is differentiated by: at the end of its range only if that is asked for."""
         numbers = self.numbers()
-        names = [name for name in numbers if name not in POSITIVE or numbers[name] > 0]
+        ends = ONE_SIDED if self.one_sided else ()
+        inside = [name for name in numbers if name not in POSITIVE or numbers[name] > 0]
+        names = [name for name in numbers if name in inside or name in ends]
         return [name for name in names if not (name == "mu" and self.contact == "direct")]
 
     def run(self, changed: dict[str, fmpq]) -> Run:
@@ -88,6 +98,15 @@ SCENES: dict[str, Scene] = {
     "chatter with friction": Scene({**_LOW, "omega": 0.5, "mu": 0.4}, periods=1, impacts=8),
     "chatter and stick": Scene(_STICKY, periods=1, impacts=4),
     "plastic": Scene({**_DAMPED, "r": 0.0, "mu": 0.5, "omega": 1.1}),
+    "few bounces": Scene({**_LOW, "r": 1e-2, "omega": 0.6}, periods=1, impacts=2),
+    "few bounces with friction": Scene(
+        {**_LOW, "r": 1e-4, "omega": 0.5, "mu": 0.4}, periods=1, impacts=2
+    ),
+    "few bounces and stick": Scene({**_STICKY, "r": 1e-6}, periods=1, impacts=1),
+    "hardly a bounce": Scene({**_LOW, "r": 1e-9, "omega": 0.6, "mu": 0.2}, periods=1, impacts=1),
+    "no bounce": Scene({**_LOW, "r": 0.0, "omega": 0.6}, periods=1, impacts=1, one_sided=True),
+    "no bounce and stick": Scene({**_STICKY, "r": 0.0}, periods=1, impacts=1, one_sided=True),
+    "no friction": Scene({**_LOW, "omega": 0.5}, periods=1, impacts=1, one_sided=True),
 }
 
 
@@ -103,6 +122,13 @@ def kinds(run: Run, impacts: int | None) -> tuple[list[str], list[str]]:
     return [hit.regime for hit in run.hits[:impacts]], [phase.event for phase in run.phases]
 
 
+def steps(scene: Scene, by: str) -> list[tuple[fmpq, fmpq]]:
+    """By how much a number is changed, and the weights of what comes of it."""
+    if by in ONE_SIDED and scene.numbers()[by] == 0:
+        return [(ASIDE * k, fmpq(weight, 12) / ASIDE) for k, weight in enumerate(WEIGHTS)]
+    return [(H, 1 / (2 * H)), (-H, -1 / (2 * H))]
+
+
 def scene_record(name: str) -> dict[str, Any]:
     """One scene of the file."""
     scene = SCENES[name]
@@ -111,15 +137,16 @@ def scene_record(name: str) -> dict[str, Any]:
     at_section: dict[str, list[str]] = {row: [] for row in STARTS}
     met = scene.run({})
     for by in scene.names():
-        ahead, behind = (scene.run({by: numbers[by] + step}) for step in (H, -H))
-        if not kinds(ahead, most) == kinds(behind, most) == kinds(met, most):
+        runs = [(scene.run({by: numbers[by] + step}), weight) for step, weight in steps(scene, by)]
+        # A little restitution or friction gives bounces, and impacts, another name.
+        alike = (kinds(run, most) == kinds(met, most) for run, _ in runs)
+        if len(runs) == 2 and not all(alike):
             raise ArithmeticError(f"{name} lies on a border in {by}")
         with ctx.workprec(FINER.precision):
-            for rows, there, back in zip(
-                (at_impact, at_section), told(ahead, most), told(behind, most), strict=True
-            ):
-                for row, a, b in zip(rows.values(), there, back, strict=True):
-                    slope = (a - b) / arb(2 * H)
+            for part, rows in enumerate((at_impact, at_section)):
+                terms = [[x * arb(weight) for x in told(run, most)[part]] for run, weight in runs]
+                for row, column in zip(rows.values(), zip(*terms, strict=True), strict=True):
+                    slope = sum(column, arb(0))
                     small = abs(slope) < arb(10) ** -DIGITS
                     row.append("0" if small else slope.str(DIGITS, radius=False))
     return {

@@ -170,13 +170,26 @@ impl<T: Number> SlideSeries<T> {
         now: &ContactInstant,
         mode: ContactMode,
         (at, start): (&ContactCoordinates<T>, T),
-        bodies: impl FnOnce(f64) -> S,
+        bodies: impl Fn(f64) -> S,
     ) -> (Self, f64) {
         let Frame { unit, side } = Frame::of(now, mode);
         let slip = mode.direction() * side;
         let (series, _) = Self::new(&mut bodies(unit), at, slip, unit, start);
         let reach = reach(&values(&series.x), &values(&series.w), now.fastest * unit);
-        let length = until_side(&values(&series.scale), side, (reach, now.scale_noise));
+        let faint = at.friction.value() == 0.0 && !at.friction.is_constant();
+        if !faint {
+            let length = until_side(&values(&series.scale), side, (reach, now.scale_noise));
+            return (series, length * unit);
+        }
+        // There is no friction, but it varies. It would act against the slip, whichever way that goes
+        // here, and reverse with it: where it does, no rate jumps.
+        let speed_noise = now.slip_noise * unit * unit * reach;
+        let (scale, w) = (values(&series.scale), values(&series.w));
+        let parts = [(&scale, now.scale_noise), (&w, speed_noise)];
+        let [side, direction] = parts.map(|(series, noise)| leading_sign(series, reach, noise));
+        let (series, _) = Self::new(&mut bodies(unit), at, direction * side, unit, start);
+        let length = until_side(&scale, side, (reach, now.scale_noise));
+        let length = until_side(&w, direction, (length, speed_noise));
         (series, length * unit)
     }
 
@@ -335,13 +348,20 @@ fn reach(x: &Series<f64>, w: &Series<f64>, fastest: f64) -> f64 {
     step
 }
 
-/// The part of a step of this reach that is on one side of h = 0; with the rounding of h.
-fn until_side(scale: &Series<f64>, side: f64, (reach, noise): (f64, f64)) -> f64 {
-    if side == 0.0 {
+/// The part of a step of this reach in which a series, known to this rounding, keeps its sign.
+fn until_side(series: &Series<f64>, sign: f64, (reach, noise): (f64, f64)) -> f64 {
+    if sign == 0.0 {
         return reach;
     }
-    let towards = scale.map(|c| -side * c);
+    let towards = series.map(|c| -sign * c);
     first_crossing(&towards[..=FORCED], reach, noise).unwrap_or(reach)
+}
+
+/// The sign of a series just after its start, as its first term that is more than rounding has it; 0 where
+/// none is.
+fn leading_sign(series: &Series<f64>, reach: f64, noise: f64) -> f64 {
+    let counts = |n: &usize| series[*n].abs() * reach.powi(*n as i32) > noise;
+    (0..=FORCED).find(counts).map_or(0.0, |n| 1f64.copysign(series[n]))
 }
 
 fn value(c: &[f64], s: f64) -> f64 {

@@ -1,93 +1,118 @@
 //! Derivatives through complete chatter.
 //!
-//! As in the legs of itineraries (tangent/chatter.rs), time and state after the impacts are smooth
-//! functions of the separation velocity u; the limit at u = 0 is extrapolated for numbers that carry
-//! derivatives, some columns at a time. Its impacts are those of the run; of those that the run has
-//! skipped, hop by hop, only as many follow as it takes until derivatives have converged.
+//! As in the legs of itineraries (tangent/chatter.rs), what bounces tell of the end of their sequence is
+//! extrapolated, some columns at a time. They are those of the run; of those that the run has skipped, hop
+//! by hop, only as many follow as it takes until derivatives have converged.
 
+use std::sync::OnceLock;
+
+use smallvec::SmallVec;
+
+use super::by::By;
 use super::columns::{Column, Columns, Differentiated, Here};
+use super::contact::start;
 use super::error::SensitivityError;
 use super::impact::FollowedImpact;
+use super::models::{FEW, ONE, models};
 use crate::contact::tolerances::CHATTER_SPACING;
 use crate::impact::RegimeKind;
 use crate::model::parameters::Contact;
 use crate::model::state::{Clock, State};
 use crate::numerics::dual::{Dual, Number};
-use crate::numerics::extrapolation::at_zero;
 use crate::simulate::event::Event;
 use crate::simulate::{Anchor, impacts_hop_by_hop};
-use crate::tangent::itinerary::Leg;
-use crate::tangent::tolerances::{CONVERGED, LOWEST_REVERSING, MOST_EXTRAPOLATED, SAME_SLOPES};
+use crate::tangent::Model;
+use crate::tangent::chatter::{End, Formula, Limit, end_ahead, reverses, slips};
+use crate::tangent::itinerary::Signs;
+use crate::tangent::tolerances::{LOWEST_REVERSING, MOST_EXTRAPOLATED};
 
-/// Columns that are extrapolated together.
-const AT_ONCE: usize = 4;
+/// A number of each column.
+type Slopes = SmallVec<[f64; 4]>;
 
-/// A state after an impact, with u there and the time since the start.
+/// u after a bounce, and by what ratio it shrinks, with its derivatives.
+struct Shrinking<'a> {
+    u: f64,
+    ratio: f64,
+    slopes: &'a Slopes,
+}
+
+/// What a bounce tells: u after it, the time from the start to the end of the sequence, x1 and x1' there.
 #[derive(Clone)]
 struct Sample {
-    u: f64,
-    time: f64,
-    here: Here,
+    values: [f64; 4],
+    slopes: Columns,
 }
-
-impl Sample {
-    fn values(&self) -> [f64; 3] {
-        [self.time, self.here.state.x1, self.here.state.v1]
-    }
-}
-
-/// What impacts of one chatter are alike in: regime, direction of slip, formula for r.
-type Formula = (RegimeKind, bool, usize);
 
 /// Low impacts that may lead into chatter.
 pub(super) struct Bounces {
     /// Before the first of them.
-    pub start: Here,
+    start: Here,
+    /// After the last of them, and u there.
+    last: (Here, f64),
     samples: Vec<Sample>,
     formula: Option<Formula>,
-    /// Whether slip has reversed in one of them.
-    reverses: bool,
-}
-
-/// An extrapolation: the limit of the columns, and how much it and that of time and state differ from
-/// those of one order less.
-struct Limit {
-    columns: Columns,
-    off: f64,
-    values_off: f64,
 }
 
 impl Bounces {
-    /// From the last impact before them.
-    pub fn new(start: &Here) -> Self {
-        Self { start: start.clone(), samples: Vec::new(), formula: None, reverses: false }
+    /// From the last impact before them, with u after it.
+    pub fn new(start: &Here, u: f64) -> Self {
+        Self { start: start.clone(), last: (start.clone(), u), samples: Vec::new(), formula: None }
     }
 
-    /// Takes the next impact, with u after it, which leads here; whether it is a sample.
+    /// Takes the next impact, with the columns before it and u after it, which leads here; whether it is a
+    /// sample.
     pub fn take(
         &mut self,
         of: &Differentiated,
-        (impact, separation): (&FollowedImpact, f64),
+        impact: &FollowedImpact,
+        (before, u): (&Columns, f64),
         here: &Here,
     ) -> bool {
-        let (kind, _) = impact.regime;
-        self.reverses |=
-            matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution);
-        let direction = impact.pre.v1.is_sign_negative();
-        let piece = of.system.coefficient().piece(impact.approach_velocity);
-        let formula = (kind, direction, piece);
+        let (kind, signs) = of.regime(impact);
+        let formula = (kind, signs, of.system.coefficient().piece(impact.approach_velocity));
+        let approached = of.approach(&impact.pre);
+        let parts = of.approach(&here.state);
+        let ratio = u / impact.approach_velocity;
+        let slopes = before.iter().zip(&here.columns).map(|(before, after)| {
+            -(parts(after) + ratio * approached(before)) / impact.approach_velocity
+        });
+        let slopes: Slopes = slopes.collect();
+        let others = std::mem::replace(&mut self.last, (here.clone(), u));
         if self.formula.replace(formula) != Some(formula) {
-            // Only impacts in one regime, with one formula for r, are smooth functions of u.
+            self.samples.clear();
+            // The state before has led to the same bounces.
+            let (before, u) = others;
+            self.sample(of, &before, &Shrinking { u, ratio, slopes: &slopes });
+        }
+        self.sample(of, here, &Shrinking { u, ratio, slopes: &slopes })
+    }
+
+    /// Takes what this bounce tells, if it tells more than the last one.
+    fn sample(&mut self, of: &Differentiated, here: &Here, shrinking: &Shrinking) -> bool {
+        let u = shrinking.u;
+        let close = self.samples.last().is_some_and(|last| u > CHATTER_SPACING * last.values[0]);
+        let Some(formula) = self.formula.filter(|_| !close && u > 0.0) else { return false };
+        let told = of.told((here, self.start.clock), shrinking, slips(formula));
+        if reverses(formula) {
             self.samples.clear();
         }
-        let u = -separation;
-        let close = self.samples.last().is_some_and(|last| u > CHATTER_SPACING * last.u);
-        if close || u <= 0.0 {
-            return false;
-        }
-        let time = of.model.motion.drive.until(self.start.clock, here.clock).value();
-        self.samples.push(Sample { u, time, here: here.clone() });
+        self.samples.extend(told);
         true
+    }
+
+    /// A sequence of which no impact has been followed: the tip goes on slipping, or rests.
+    fn begin(&mut self, of: &Differentiated) {
+        let (here, u) = self.last.clone();
+        if self.formula.is_some() || here.departure.slope.is_none() {
+            return;
+        }
+        let State { x1, v1, .. } = here.state;
+        let rests = if v1 == 0.0 { RegimeKind::StickInApproach } else { RegimeKind::Slip };
+        let sin = of.system.contact.angle(x1).sin;
+        self.formula = Some((rests, Signs::of(rests, v1, sin), 0));
+        let (ratio, slopes) = of.restitution_at_rest();
+        self.sample(of, &here, &Shrinking { u, ratio, slopes: &slopes });
+        self.formula = None;
     }
 }
 
@@ -100,125 +125,154 @@ impl Differentiated {
         move |&[x1, v1, v2, _]| angle.cos * v1 - turned * x1 - v2
     }
 
+    /// r of the lowest impacts, and its derivatives.
+    fn restitution_at_rest(&self) -> (f64, Slopes) {
+        let coefficient = self.system.coefficient();
+        let by = |&by: &By| match by {
+            By::Restitution => 1.0,
+            By::OfCurve(place) => coefficient.by_number(0.0, place),
+            _ => 0.0,
+        };
+        (coefficient.with_slope(0.0).value, self.by.iter().map(by).collect())
+    }
+
     /// Derivatives of x1, x1', x2' and the time where chatter ends, at this clock in this state, the last
     /// of whose impacts in the run leads here.
     pub fn chatter(
         &self,
-        bounces: Bounces,
-        here: &Here,
-        (clock, state): (Clock, &State),
-    ) -> Result<Columns, SensitivityError> {
-        let start = bounces.start.clone();
-        if let Some(columns) = self.accumulated(bounces, here, (clock, state))? {
-            return Ok(columns);
-        }
-        Ok(self.passed(&start, (Leg::Chatter, None), (clock, state))?.0)
-    }
-
-    /// Derivatives of x1, x1', x2' and the time where chatter ends, at this clock in this state, from its
-    /// impacts, the last of which leads here; `None` where they are no smooth functions of u.
-    fn accumulated(
-        &self,
         mut bounces: Bounces,
         here: &Here,
         (clock, state): (Clock, &State),
-    ) -> Result<Option<Columns>, SensitivityError> {
-        let mut best = self.limit(&bounces, clock, state);
+    ) -> Result<Columns, SensitivityError> {
+        bounces.begin(self);
+        let mut best = self.limit(&bounces, None, (clock, state));
         let mut here = here.clone();
         let anchor = Anchor::after_impact(here.clock, here.state);
         // Those that the run has skipped, as far as they are needed.
-        let converged =
-            |best: &Option<Limit>| best.as_ref().is_some_and(|best| best.off <= SAME_SLOPES);
         let mut skipped = impacts_hop_by_hop(&self.system, anchor, clock);
-        while !bounces.reverses && !converged(&best) {
+        while !best.as_ref().is_some_and(Limit::is_exact) {
             let Some(Event::Impact(impact)) = skipped.next() else { break };
             let impact = FollowedImpact::found(&self.system, &impact);
-            let (_, separation) = self.strike(&mut here, &impact, impact.clock)?;
-            let (formula, sampled) =
-                (bounces.formula, bounces.take(self, (&impact, separation), &here));
+            let (before, u) = self.strike(&mut here, &impact, impact.clock)?;
+            let formula = bounces.formula;
+            let sampled = bounces.take(self, &impact, (&before, -u), &here);
             if bounces.formula != formula {
                 best = None;
             }
-            if !sampled {
-                continue;
+            if sampled {
+                best = self.limit(&bounces, best, (clock, state));
             }
-            if let Some(limit) = self.limit(&bounces, clock, state)
-                && best.as_ref().is_none_or(|best| limit.off < best.off)
-            {
-                best = Some(limit);
-            }
-            if -separation <= LOWEST_REVERSING * LOWEST_REVERSING {
+            if -u <= LOWEST_REVERSING * LOWEST_REVERSING {
                 break;
             }
         }
-        let found = best.filter(|best| !bounces.reverses && best.values_off <= CONVERGED);
-        Ok(found.map(|limit| limit.columns))
+        let found = best.filter(Limit::has_converged);
+        found.map(|limit| limit.end).ok_or_else(|| self.no_derivative(&bounces.start, clock))
     }
 
-    /// The limit through the last samples; `None` while there are too few.
-    fn limit(&self, bounces: &Bounces, clock: Clock, state: &State) -> Option<Limit> {
+    /// The end that the last samples tell, unless this one is better; `None`: there is none.
+    fn limit(
+        &self,
+        bounces: &Bounces,
+        best: Option<Limit<Columns>>,
+        at: (Clock, &State),
+    ) -> Option<Limit<Columns>> {
         let samples = newest(&bounces.samples);
-        if samples.len() < 4 {
-            return None;
+        if samples.is_empty() {
+            return best;
         }
-        let columns = Columns::with_capacity(self.by.len());
-        let mut limit = Limit { columns, off: 0.0, values_off: 0.0 };
-        for first in (0..self.by.len()).step_by(AT_ONCE) {
-            if self.by.len() == 1 {
-                self.extrapolate::<1>((bounces, samples), first, (clock, state), &mut limit);
-            } else {
-                self.extrapolate::<AT_ONCE>((bounces, samples), first, (clock, state), &mut limit);
-            }
+        let end = Columns::with_capacity(self.by.len());
+        let mut limit = Limit { end, off: 0.0, slopes_off: 0.0 };
+        if self.by.len() == 1 {
+            self.extrapolate::<ONE>((bounces, samples), at, &mut limit);
+        } else {
+            self.extrapolate::<FEW>((bounces, samples), at, &mut limit);
         }
-        Some(limit)
+        Some(limit.better(best))
     }
 
-    /// The same of N columns from this one on.
+    /// The same of some columns at a time.
     fn extrapolate<const N: usize>(
         &self,
         (bounces, samples): (&Bounces, &[Sample]),
-        first: usize,
         (clock, state): (Clock, &State),
-        limit: &mut Limit,
+        limit: &mut Limit<Columns>,
     ) {
-        let start = bounces.start.clock;
-        let count = N.min(self.by.len() - first);
-        let dual = |value: f64, slope: &dyn Fn(usize) -> f64| Dual::<N> {
-            value,
-            slope: std::array::from_fn(|j| if j < count { slope(first + j) } else { 0.0 }),
-        };
-        let mut nodes = [Dual::<N>::constant(0.0); MOST_EXTRAPOLATED];
-        let mut values = [[Dual::<N>::constant(0.0); 3]; MOST_EXTRAPOLATED];
-        for ((node, values), sample) in nodes.iter_mut().zip(&mut values).zip(samples.iter().rev())
-        {
-            let Here { state, clock, columns, .. } = &sample.here;
-            let approach = self.approach(state);
-            *node = dual(sample.u, &|i| -approach(&columns[i]));
-            let [time, x1, v1] = sample.values();
-            let since = |i: usize| columns[i][3] + self.later(self.by[i], start, *clock);
-            *values =
-                [dual(time, &since), dual(x1, &|i| columns[i][0]), dual(v1, &|i| columns[i][1])];
-        }
-        let nodes = &nodes[..samples.len()];
-        let lower = at_zero(&nodes[..nodes.len() - 1], values);
-        let all = at_zero(nodes, values);
-        for (a, b) in all.iter().zip(&lower) {
-            limit.values_off = limit.values_off.max((a.value - b.value).abs());
-            for (a, b) in a.slope.iter().zip(&b.slope) {
-                limit.off = limit.off.max((a - b).abs() / (1.0 + a.abs()));
-            }
-        }
-        let [time, x1, v1] = all;
-        let stops = bounces.formula.is_some_and(|(kind, ..)| kind.sticks());
         let approach = self.approach(state);
-        limit.columns.extend((0..count).map(|j| {
-            // A tip that stops in each impact is at rest in the limit.
-            let v1 = if stops { 0.0 } else { v1.slope[j] };
-            let x1 = x1.slope[j];
-            let delay = time.slope[j] - self.later(self.by[first + j], start, clock);
-            // In the limit the bodies stay together.
-            [x1, v1, approach(&[x1, v1, 0.0, delay]), delay]
-        }));
+        for first in (0..self.by.len()).step_by(N) {
+            let count = N.min(self.by.len() - first);
+            let zero = Dual::<N>::constant(0.0);
+            let mut nodes = [zero; MOST_EXTRAPOLATED];
+            let mut ends: [End<N>; MOST_EXTRAPOLATED] = [[zero; 3]; MOST_EXTRAPOLATED];
+            for ((node, end), sample) in nodes.iter_mut().zip(&mut ends).zip(samples.iter().rev()) {
+                let row =
+                    |row: usize| self.number(sample.values[row], first, |i| sample.slopes[i][row]);
+                *node = row(0);
+                *end = [row(1), row(2), row(3)];
+            }
+            let found = Limit::new(&nodes[..samples.len()], &ends[..samples.len()], 0.0);
+            limit.off = limit.off.max(found.off);
+            limit.slopes_off = limit.slopes_off.max(found.slopes_off);
+            let [time, x1, v1] = found.end;
+            limit.end.extend((0..count).map(|j| {
+                let (x1, v1) = (x1.slope[j], v1.slope[j]);
+                let later = self.later(self.by[first + j], bounces.start.clock, clock);
+                let delay = time.slope[j] - later;
+                // In the end the bodies stay together.
+                [x1, v1, approach(&[x1, v1, 0.0, delay]), delay]
+            }));
+        }
+    }
+
+    /// What a bounce that leads here tells of the end, by the time since then.
+    fn told(
+        &self,
+        from: (&Here, Clock),
+        shrinking: &Shrinking,
+        slips: Option<Signs>,
+    ) -> Option<Sample> {
+        if self.by.len() == 1 {
+            self.told_along(&self.contact.one, from, shrinking, slips)
+        } else {
+            self.told_along(&self.contact.few, from, shrinking, slips)
+        }
+    }
+
+    fn told_along<const N: usize>(
+        &self,
+        made: &OnceLock<Vec<Model<N>>>,
+        (here, since): (&Here, Clock),
+        &Shrinking { u, ratio, slopes }: &Shrinking,
+        slips: Option<Signs>,
+    ) -> Option<Sample> {
+        let approach = self.approach(&here.state);
+        let passed = self.model.motion.drive.until(since, here.clock).value();
+        let told = Columns::with_capacity(self.by.len());
+        let mut sample = Sample { values: [u; 4], slopes: told };
+        for (model, first) in models(made, &self.system, &self.names) {
+            let (state, moment) = start(model, here, None, first);
+            let u: Dual<N> = self.number(u, first, |i| -approach(&here.columns[i]));
+            let ratio = self.number(ratio, first, |i| slopes[i]);
+            let [left, x1, v1] = end_ahead(model, (&state, &moment), (u, ratio), slips)?;
+            sample.values = [u.value, passed + left.value, x1.value, v1.value];
+            let columns = here.columns.iter().zip(&self.by).skip(first).take(N).enumerate();
+            sample.slopes.extend(columns.map(|(j, (column, &by))| {
+                let time = column[3] + self.later(by, since, here.clock) + left.slope[j];
+                [u.slope[j], time, x1.slope[j], v1.slope[j]]
+            }));
+        }
+        Some(sample)
+    }
+
+    /// A number with its derivatives along some columns, from this one on.
+    fn number<const N: usize>(
+        &self,
+        value: f64,
+        first: usize,
+        slope: impl Fn(usize) -> f64,
+    ) -> Dual<N> {
+        let of = |j: usize| if first + j < self.by.len() { slope(first + j) } else { 0.0 };
+        Dual { value, slope: std::array::from_fn(of) }
     }
 }
 

@@ -410,7 +410,7 @@ impl Differentiated {
 
     /// The regime of an impact, that of a faint friction where the derivative by friction is wanted and
     /// there is none.
-    fn regime(&self, impact: &FollowedImpact) -> (RegimeKind, Signs) {
+    pub fn regime(&self, impact: &FollowedImpact) -> (RegimeKind, Signs) {
         let (system, known) = (&self.system, impact.regime);
         let smooth = known.0 == RegimeKind::Frictionless && system.law.is_coulomb();
         if !smooth || system.contact == Contact::Direct {

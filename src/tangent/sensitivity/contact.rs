@@ -1,5 +1,4 @@
-//! Derivatives through contact phases: those of their legs along some columns at a time. Chatter whose
-//! impacts are no smooth functions of u is a leg, too.
+//! Derivatives through contact phases: those of their legs along some columns at a time.
 
 use std::sync::OnceLock;
 
@@ -13,7 +12,7 @@ use crate::tangent::itinerary::{Leg, StickEnd};
 use crate::tangent::tolerances::AT_BORDER;
 use crate::tangent::{
     DualState, Model, Moment, free_gap_acceleration, mode as slide_mode, on_contact,
-    slide_with_rates, stick_end, traverse,
+    slide_with_rates, stick_end,
 };
 
 /// x1, x1', x2' after a leg and what is zero where it ends: along columns, for an end at a fixed time.
@@ -36,8 +35,8 @@ impl Differentiated {
         self.system.is_wall().then_some(cos >= 0.0)
     }
 
-    /// Derivatives of x1, x1', x2' and the time after the event that ends a leg from here, by chatter or
-    /// contact, in this state; and whether what ends it does so without a rate, to rounding.
+    /// Derivatives of x1, x1', x2' and the time after the event that ends a leg of contact from here, in
+    /// this state; and whether what ends it does so without a rate, to rounding.
     pub fn passed(
         &self,
         here: &Here,
@@ -49,14 +48,7 @@ impl Differentiated {
             _ => leg,
         };
         let passage = Passage { here, mode, clock };
-        let found = if leg == Leg::Chatter {
-            self.along(&passage, &self.contact.chatter, |model, start, from, end| {
-                let outcome = traverse(model, leg, start, from, end)?;
-                let [x1, v1, v2] = outcome.image;
-                // Time is left from the end of the leg to that of the chatter.
-                Some(([x1, v1, v2, outcome.condition], [0.0, 0.0, 0.0, -1.0]))
-            })
-        } else if self.by.len() == 1 {
+        let found = if self.by.len() == 1 {
             self.along(&passage, &self.contact.one, |model, start, from, end| {
                 self.contact_ends(model, leg, (start, from), end)
             })
@@ -66,8 +58,7 @@ impl Differentiated {
             })
         };
         let (columns, rate) = found.ok_or_else(|| self.no_derivative(here, clock))?;
-        let ends = leg != Leg::Chatter;
-        Ok((columns, ends && rate.abs() <= AT_BORDER * self.changes(state, clock)))
+        Ok((columns, rate.abs() <= AT_BORDER * self.changes(state, clock)))
     }
 
     /// The columns after a leg, and the rate of what ends it.
@@ -93,7 +84,7 @@ impl Differentiated {
         Some((columns, rate))
     }
 
-    fn no_derivative(&self, before: &Here, clock: Clock) -> SensitivityError {
+    pub fn no_derivative(&self, before: &Here, clock: Clock) -> SensitivityError {
         let largest = before.columns.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
         SensitivityError::NoDerivative { time: self.model.motion.drive.time(clock), largest }
     }
@@ -199,7 +190,7 @@ fn moment<const N: usize>(clock: Clock) -> Moment<N> {
 }
 
 /// Where a leg starts, with derivatives along the columns there from this one on.
-fn start<const N: usize>(
+pub(super) fn start<const N: usize>(
     model: &Model<N>,
     here: &Here,
     mode: Option<ContactMode>,

@@ -56,6 +56,8 @@ pub(super) struct Follower<'a> {
     /// u of the last impact, and the largest so far.
     last: f64,
     largest: f64,
+    /// u after the last impact.
+    separation: f64,
     pub rows: Rows,
     /// Whether the impacts may be others than the run's.
     pub looks: bool,
@@ -118,6 +120,7 @@ impl<'a> Follower<'a> {
             low: None,
             last: 0.0,
             largest: 0.0,
+            separation: 0.0,
             rows,
             looks: false,
             instants: None,
@@ -139,6 +142,7 @@ impl<'a> Follower<'a> {
             low: None,
             last: self.last,
             largest: self.largest,
+            separation: self.separation,
             rows: Rows::default(),
             looks: false,
             instants: Some(Box::default()),
@@ -155,6 +159,7 @@ impl<'a> Follower<'a> {
         (here.clock, here.columns) = (then(here.clock), columns);
         here.departure.clock = then(here.departure.clock);
         (self.last, self.largest) = (other.last, other.largest);
+        self.separation = other.separation;
     }
 
     /// Whether the flight from the start is in this state at an instant.
@@ -296,14 +301,14 @@ impl<'a> Follower<'a> {
         let here = &self.leg.here;
         let low = self.low.take();
         let low = match event {
-            Event::Chatter(_) => Some(low.unwrap_or_else(|| Bounces::new(here))),
+            Event::Chatter(_) => Some(low.unwrap_or_else(|| Bounces::new(here, self.separation))),
             _ => None,
         };
         let mode = self.reader.mode;
         match self.reader.read(&self.of.system, event) {
             LegChange::Ends(leg, clock, state) => {
                 let (columns, is_flat) = match low {
-                    Some(bounces) => (self.of.chatter(bounces, here, (clock, &state))?, false),
+                    Some(low) => (self.of.chatter(low, here, (clock, &state))?, false),
                     None => self.of.passed(here, (leg, mode), (clock, &state))?,
                 };
                 self.leg.here = self.of.event(columns, clock, state);
@@ -316,7 +321,7 @@ impl<'a> Follower<'a> {
             LegChange::Begins(state) => self.begin_contact(clock, state)?,
             LegChange::Nothing | LegChange::Stops(_) => {}
         }
-        self.last = 0.0;
+        (self.last, self.separation) = (0.0, 0.0);
         (self.leg.mode, self.leg.time, self.began) = (self.reader.mode, time, event.clock());
         Ok(())
     }
@@ -338,7 +343,7 @@ impl<'a> Follower<'a> {
         if u >= LOW_BOUNCE * self.largest || u >= self.last {
             self.low = None;
         } else if self.low.is_none() {
-            self.low = Some(Bounces::new(&self.leg.here));
+            self.low = Some(Bounces::new(&self.leg.here, self.separation));
         }
         self.last = u;
         // Tables of impacts have no more of the clock, which low bounces alone could tell.
@@ -350,8 +355,9 @@ impl<'a> Follower<'a> {
         }
         let (before, separation) = self.of.strike(&mut self.leg.here, impact, clock)?;
         if let Some(low) = &mut self.low {
-            low.take(self.of, (impact, separation), &self.leg.here);
+            low.take(self.of, impact, (&before, -separation), &self.leg.here);
         }
+        self.separation = -separation;
         (self.leg.hops, self.leg.time, self.began) = (false, time, impact.clock);
         if !kept {
             return Ok(());
@@ -396,8 +402,7 @@ impl<'a> Follower<'a> {
         let slip_rate = match self.reader.mode {
             // A tip that sticks at a wall follows it wherever it moves.
             Some(ContactMode::Stick) if !contact.is_against_wall() => 0.0,
-            Some(ContactMode::Stick) => contact.coupling,
-            _ => contact.slip_rate(1f64.copysign(state.v1)),
+            mode => contact.slip_rate(mode.map_or(0.0, ContactMode::direction)),
         };
         let slows = contact.mobility + slip_rate * contact.coupling;
         if slows <= 0.0 {

@@ -3,19 +3,17 @@
 use std::sync::OnceLock;
 
 use crate::model::parameters::System;
-use crate::tangent::{DIRECTIONS, Model};
+use crate::tangent::Model;
 
-/// Columns that legs carry along at once: one alone, or several; and those of a leg that is chatter.
-const ONE: usize = 1;
-const FEW: usize = 4;
-const OF_CHATTER: usize = DIRECTIONS;
+/// Columns that legs carry along at once: one alone, or several.
+pub(super) const ONE: usize = 1;
+pub(super) const FEW: usize = 4;
 
 /// Systems that carry derivatives along some columns each, until all have had theirs; and by time alone.
 #[derive(Default)]
 pub(super) struct Models {
     pub one: OnceLock<Vec<Model<ONE>>>,
     pub few: OnceLock<Vec<Model<FEW>>>,
-    pub chatter: OnceLock<Vec<Model<OF_CHATTER>>>,
     by_time: OnceLock<Model<1>>,
 }
 
