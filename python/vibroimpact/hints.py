@@ -16,7 +16,7 @@ _OTHER_NAMES: dict[str, tuple[str, ...]] = {
     **{"C10": ("static_moment",), "F20": ("static_force",)},
     **{"Omega": ("drive_frequency",), "frequency": ("drive_frequency",), "e": ("restitution",)},
     **{"M": ("mass",), "K": ("stiffness",), "C": ("damping",), "F": ("drive_amplitude",)},
-    **dict.fromkeys(("zeta", "zetas"), ("damping_ratios", "damping", "pendulum_damping")),
+    **dict.fromkeys(("zeta", "zetas"), ("damping_ratios", "damping")),
     **dict.fromkeys(("x0", "y0", "X0", "state", "start", "initial_state", "ic"), ("initial",)),
     **dict.fromkeys(("duration", "t_end", "tmax", "t_max", "T"), ("time", "periods")),
     **dict.fromkeys(("cycles", "n_periods", "steps"), ("periods",)),
@@ -45,7 +45,7 @@ _OTHER_KINDS: dict[str, tuple[str, ...]] = {
 _OTHER_COLUMNS = {"v_pre": "v1_pre", "v_post": "v1_post", "velocity": "approach_velocity"}
 # The same of names with a number: the velocity of a state, those before and after an impact.
 _OTHER_PARTS = {"v": "v_pre", "v_pre": "v", "v_post": "v", "x": "q", "u": "q"}
-_NUMBERED = re.compile(r"(.+)(_\d+)")
+_NUMBERED = re.compile(r"(.+)(_(?:0|[1-9]\d*))")
 
 
 def _spelled(name: str) -> list[str]:
@@ -54,19 +54,81 @@ def _spelled(name: str) -> list[str]:
     return [name] if is_known else [*dict.fromkeys((name, name.lower(), name.upper()))]
 
 
-def closest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is meant by an unknown one, None if none is close."""
+# What counts in a name beside its place: gap of gap_0, stiffness of stiffness[0, 1].
+_PLACED = re.compile(r"(.+?)(?:_\d+|\[.*\])")
+_WORD = re.compile(r"[^\W_]+")
+# A name so like another one is a slip of the pen; one less like it may be a part of others.
+_SLIP = 0.8
+# Parts of names have at least so many letters.
+_SHORTEST = 3
+# Of more names that may be meant none is, or of places the first and the last are told.
+_MOST_MEANT = 4
+
+
+def _place_of(name: str) -> str:
+    """Return a name without the place that it ends with."""
+    match = _PLACED.fullmatch(name)
+    return match[1] if match else name
+
+
+def _having(part: str, names: Iterable[str]) -> list[str]:
+    """Return the names with a word that begins so, one of those that differ in their place."""
+    found: dict[str, str] = {}
+    for name in names:
+        if len(part) >= _SHORTEST and f"_{part}" in f"_{name}":
+            found.setdefault(_place_of(name), name)
+    return [*found.values()] if len(found) <= _MOST_MEANT else []
+
+
+def meant_by(name: str, known: Iterable[str]) -> list[str]:
+    """Return the known names that may be meant by an unknown one, the likeliest first.
+
+    One for what has another name here, and for a slip of the pen. Several for a place that is none,
+    as ``gap_2`` of two stops, and for a part of names, as ``damping``.
+    """
     import difflib  # here, to keep the import of the package light
 
     names = [*known]
     tables = (_OTHER_NAMES, _OTHER_KINDS)
     others = [other for each in _spelled(name) for table in tables for other in table.get(each, ())]
-    others += [_OTHER_COLUMNS.get(name, ""), f"{name}_0", f"{name}[0, 0]"]
+    exact = [*others, _OTHER_COLUMNS.get(name, ""), f"{name}_0", f"{name}[0, 0]"]
     if match := _NUMBERED.fullmatch(name):
-        others.append(f"{_OTHER_PARTS.get(match[1])}{match[2]}")
-    meant = [other for other in others if other in names]
-    close = meant or difflib.get_close_matches(name, names, n=1)
-    return close[0] if close else None
+        exact.append(f"{_OTHER_PARTS.get(match[1])}{match[2]}")
+    if meant := [other for other in exact if other in names]:
+        return meant[:1]
+    if match and (
+        places := [
+            each
+            for each in names
+            if (own := _NUMBERED.fullmatch(each)) and own[1] == match[1] and own[2] != match[2]
+        ]
+    ):
+        return places
+    if slip := difflib.get_close_matches(name, names, n=1, cutoff=_SLIP):
+        return slip
+    for part in (name, *others):
+        if parts := _having(part, names):
+            return parts
+    # A slip in a part.
+    words = {word: None for each in names for word in _WORD.findall(_place_of(each))}
+    for word in difflib.get_close_matches(name, words, n=1, cutoff=_SLIP):
+        if parts := _having(word, names):
+            return parts
+    return difflib.get_close_matches(name, names, n=1)
+
+
+def closest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is meant by an unknown one, None if none is close."""
+    meant = meant_by(name, known)
+    return meant[0] if meant else None
+
+
+def _in_words(names: list[str]) -> str:
+    """Return names of which one is meant, for a message: of many the first and the last."""
+    if len(names) > _MOST_MEANT:
+        return f"one of {names[0]} ... {names[-1]}"
+    *first, last = names
+    return f"{', '.join(first)} or {last}" if first else last
 
 
 # Quantities of `System.from_physical` that `System` itself does not have.
@@ -83,7 +145,7 @@ _OF_STRUCTURES = {"mass", "masses", "m", "stops", "stop", "damping_ratios", "nor
 
 
 def close_to(name: str, known: Iterable[str]) -> str:
-    """Return a hint for the error about an unknown name: the known name that is meant by it."""
+    """Return a hint for the error about an unknown name: the known names it may stand for."""
     names = [*known]
     others = (other for each in _spelled(name) for other in (each, *_OTHER_NAMES.get(each, ())))
     if "mass_ratio" in names and (own := _OF_STRUCTURES & {name}) and not own & {*names}:
@@ -93,8 +155,8 @@ def close_to(name: str, known: Iterable[str]) -> str:
         taken = "System.from_physical takes it, and sweeps of such a system vary it with units='SI'"
         other = "other masses and springs are a vibroimpact.Structure"
         return f"; {physical[0]} is a quantity in SI units: {taken}; {other}."
-    meant = closest(name, names)
-    return f", did you mean {meant}?" if meant else ""
+    meant = meant_by(name, names)
+    return f", did you mean {_in_words(meant)}?" if meant else ""
 
 
 # What the verbs of other packages are called here.

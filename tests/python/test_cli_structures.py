@@ -450,7 +450,7 @@ def test_slips_in_a_json_are_named(rig, text, words):
         ("simulate --contact direct", "--contact direct is not allowed with a structure"),
         ("simulate --units SI", "--units SI is not allowed here"),
         ("simulate --law paper", "law = 'paper'"),
-        ("simulate --set gap-2 1", "--set gap-2: did you mean gap-1? allowed are drive-frequency"),
+        ("simulate --set gap-2 1", "--set gap-2: did you mean gap-0 or gap-1? allowed are drive-"),
         ("simulate --set gap-0 wide", "--set gap-0 wide: could not convert"),
         ("simulate --set gap-0 nan", "stops[0].gap = nan"),
         ("simulate --gap 0.3 --set gap 0.4", "--set gap: given twice"),
