@@ -7,8 +7,9 @@ numbers live in the compiled core; a Run returns them as read-only arrays, built
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Never, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -185,26 +186,30 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         """
         return EnergyAudit(**self._works())
 
-    def sensitivity(self, *names: str) -> Sensitivity:
+    def sensitivity(self, *names: str, **directions: Never) -> Sensitivity:
         """Differentiate the run by parameters and its start, exactly, through impacts and contact.
 
         The motion is followed once more, along its events where the run has kept all; with
-        ``keep=`` it is simulated again, which costs as much as the run. At the instant of an
+        ``keep=`` it is simulated again, which costs more than the run. At the instant of an
         impact derivatives jump as the motion does, and the instant itself moves. Where the
         motion lies on a border (a graze, a border of regimes, the onset of chatter) they are
         those of the side that has the run's events; ``one_sided`` of the result lists such
-        events.
+        events. ``final_state`` of the result is at a fixed time, also by ``drive_frequency``; in
+        ``gradient`` the end of a run over ``periods`` moves.
 
         Parameters
         ----------
         *names
             Numeric parameters of the system (``"restitution"``, ``"gap"``, ...), and components of
             the start: ``"x1"``, ``"v1"``, ``"x2"``, ``"v2"``; each once.
+        **directions
+            None: runs of a Structure alone are differentiated along directions.
 
         Raises
         ------
         ParameterError
-            For an unknown name, one given twice, none, or ``"friction"`` of direct contact.
+            For an unknown name, one given twice, none, a direction, or ``"friction"`` of direct
+            contact.
         SimulationError
             If a leg of the motion has no derivatives that can be computed; ``.result`` is this run.
         Interrupted
@@ -216,11 +221,15 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         >>> found.impacts.time.shape == (len(run.impacts), 3)
         True
         """
+        more = f"any other number by vibroimpact.gradient, with {self.system._by_function}"
+        given: Mapping[str, Any] = directions
+        for name, direction in given.items():
+            allowed = 'names alone, such as "gap": directions by keyword are for a Structure only'
+            reject(name, direction, f"{allowed}; {more}")
         for name in names:
             if not isinstance(name, str):
                 reject("names", name, 'names, each an argument of its own: "gap", "v1"')
             if name not in (known := self.system._names):
-                more = f"any other number by vibroimpact.gradient, with {self.system._by_function}"
                 reject("names", name, f"{self.system._names_in_words}; {more}", known=known)
         try:
             core = _core.sensitivity(self._core, self._initial, names)

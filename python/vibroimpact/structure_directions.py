@@ -18,7 +18,7 @@ from .arguments import complex_vector, in_short, matrix, number, reject, unknown
 from .errors import ParameterError
 from .modal_basis import ModalBasis
 from .restitution import OF_POWER_LAWS, OF_TABLES
-from .stop import OF_DRIVE, Stop, is_of_stops, numbered
+from .stop import OF_DRIVE, Stop, is_of_stops, numbered, of_one_stop
 from .structure import Structure
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 By = list[tuple[str, dict[str, Any] | None]]
 
 _MATRICES: Final = ("mass", "stiffness", "damping")
-_VECTORS: Final = ("damping_ratios", "static_load", "frequencies")
+_VECTORS: Final = ("damping_ratios", "static_load", "drive_amplitude")
 _NUMBERS: Final = ("drive_frequency", "phase")
 # Numbers of a stop, in the order of the core's columns.
 _OF_STOPS: Final = ("gap", "restitution", "friction", "amplitude", "phase")
@@ -65,6 +65,7 @@ def directions(structure: Structure, names: tuple[Any, ...], given: Mapping[str,
         if not isinstance(name, str):
             reject("names", name, "a name; directions are given by keyword")
         _check_name(structure, name)
+        _check_has(structure, name)
         by.append((name, _named_in_modes(structure, name)))
     for name, direction in given.items():
         if callable(direction) or (isinstance(direction, tuple) and len(direction) == 2):
@@ -92,14 +93,30 @@ def _check_name(structure: Structure, name: str) -> None:
     reject("names", name, allowed, known=(*structure._names, *entries))
 
 
+def _check_has(structure: Structure, name: str) -> None:
+    """Refuse the number of a stop or coordinate, or of the drive, that this structure lacks."""
+    stops, known = structure.stops, structure._names
+    if name in OF_DRIVE and structure.drive_frequency == 0.0:
+        reject("names", name, "another name with drive_frequency = 0: the drive stands still")
+    if own := of_one_stop(name):
+        if own.place >= len(stops):
+            reject("names", name, f"that of one of {len(stops)} stops", known=known)
+    elif (own := numbered(name)) and own.what in _START and own.place >= structure.coordinates:
+        reject("names", name, f"that of one of {structure.coordinates} coordinates", known=known)
+    what, places = (own.what, [own.place]) if own else (name, [*range(len(stops))])
+    if what == "friction":
+        for place in places:
+            if not stops[place].friction:
+                allowed = "a stop with friction > 0: without friction it has no tangent"
+                reject(f"friction_{place}", 0.0, allowed)
+
+
 def _named_in_modes(structure: Structure, name: str) -> dict[str, Any] | None:
     """Return the direction of a name in physical coordinates of a structure from modes."""
     if not structure._basis.is_modal:
         return None
     count = structure.coordinates
     if (own := numbered(name)) and own.what in _START:
-        if own.place >= count:
-            reject("names", name, f"that of one of {count} coordinates")
         return _fields(structure, name, {own.what: np.eye(count)[own.place]})
     if match := _ENTRY.fullmatch(name):
         i, j = int(match[2]), int(match[3])
@@ -152,7 +169,7 @@ def _fields(structure: Structure, name: str, direction: Any) -> dict[str, Any]:
             field = of_one.what if of_one is not None else key
             places = [*range(len(stops))] if of_one is None else [of_one.place]
             if of_one is not None and places[0] >= len(stops):
-                reject(what, key, f"that of one of {len(stops)} stops")
+                reject(what, key, f"that of one of {len(stops)} stops", known=structure._names)
             columns = {place: _numbers(structure.stops[place]) for place in places}
             having = [place for place in places if field in columns[place]]
             if not having or (field in _OF_STOPS and len(having) < len(places)):
@@ -161,7 +178,9 @@ def _fields(structure: Structure, name: str, direction: Any) -> dict[str, Any]:
             for place in having:
                 stops[place, columns[place].index(field)] = number(what, value)
         else:
-            raise unknown(str(key), (*_MATRICES, *_VECTORS), f"allowed: {_KNOWN}", of=f" in {name}")
+            of_modes = ("frequencies",) if isinstance(basis, ModalBasis) else ()
+            known = (*_MATRICES, *_VECTORS, *of_modes, *structure._numbers_by_name, *_START)
+            raise unknown(str(key), known, f"allowed: {_KNOWN}", of=f" in {name}")
     if stops.any():
         found["stops"] = stops
     return found

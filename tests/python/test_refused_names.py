@@ -13,6 +13,9 @@ START = (0.0, 0.5, 0.0, 0.0)
 RUN = vi.simulate(SYSTEM, initial=START, periods=6)
 RECORD = vi.measure(RUN, "x1", sampling=1.0)
 STRUCTURE = structure()
+MANY = vi.simulate(
+    vi.Structure([[1]], [[1]], [vi.Stop([1], 1.0, 1.0)] * 5), initial=[[0], [0]], time=1
+)
 MOVING = vi.simulate(STRUCTURE, initial=np.zeros((2, 2)), periods=3)
 
 
@@ -37,6 +40,65 @@ def test_what_a_run_cannot_be_differentiated_by_is_answered_by_what_it_can(name,
 def test_the_same_of_a_structure(name, meant):
     with pytest.raises(vi.ParameterError, match=f", did you mean {meant}\\? allowed: drive_freq"):
         MOVING.sensitivity(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("damping", "pendulum_damping or oscillator_damping"),
+        ("dampng", "pendulum_damping or oscillator_damping"),
+        ("zeta", "pendulum_damping or oscillator_damping"),
+        ("freq", "frequency_ratio or drive_frequency"),
+        ("amplitude", "moment_amplitude or force_amplitude"),
+    ],
+)
+def test_a_part_of_several_names_is_answered_by_all_of_them(name, meant):
+    for call in (
+        lambda: RUN.sensitivity(name),
+        lambda: vi.gradient(first, SYSTEM, name, initial=START, periods=3),
+        lambda: vi.sweep(SYSTEM, initial=START, **{name: [1.0]}),
+    ):
+        with pytest.raises(vi.ParameterError, match=f", did you mean {meant}\\? "):
+            call()
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: MOVING.sensitivity("gap_7"), "did you mean gap_0 or gap_1? allowed: that of one"),
+        (lambda: MOVING.sensitivity("q_2"), "did you mean q_0 or q_1? allowed: that of one of 2"),
+        (lambda: MOVING.sensitivity("freq"), "did you mean drive_frequency?"),
+        (lambda: MOVING.sensitivity("restit"), "did you mean restitution?"),
+        (lambda: MOVING.sensitivity(k={"gap_7": 1.0}), "did you mean gap_0 or gap_1?"),
+        (lambda: MOVING.sensitivity(k={"freq": 1.0}), "did you mean drive_frequency?"),
+        (lambda: MANY.sensitivity("gap_7"), "did you mean one of gap_0 ... gap_4?"),
+    ],
+)
+def test_a_place_that_is_none_is_answered_by_those_that_are(call, said):
+    with pytest.raises(vi.ParameterError, match=re.escape(said)):
+        call()
+
+
+def test_a_name_that_this_structure_lacks_is_told_once():
+    said = "_0 = 0.0 is not allowed; allowed: a stop with friction > 0: without friction it has"
+    for name in ("friction", "friction_0"):
+        with pytest.raises(vi.ParameterError, match=f"^friction{said}"):
+            MOVING.sensitivity(name)
+    undriven = vi.Structure([[1]], [[1]], [vi.Stop([1], 1.0, 1.0)])
+    still = vi.simulate(undriven, initial=[[0], [0]], time=1)
+    for name in ("phase", "drive_frequency"):
+        said = f"^names = '{name}' is not allowed; allowed: another name with drive_frequency = 0"
+        with pytest.raises(vi.ParameterError, match=said):
+            still.sensitivity(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("spring", {"stiffness": [[1.0]]}), ("k", (abs, 2.0)), ("names", ["gap"])]
+)
+def test_a_system_has_names_and_no_directions(name, value):
+    said = f'{name} = {value!r} is not allowed; allowed: names alone, such as "gap": directions'
+    with pytest.raises(vi.ParameterError, match=f"^{re.escape(said)} by keyword are for a Struc"):
+        RUN.sensitivity("gap", **{name: value})
 
 
 def first(run):
