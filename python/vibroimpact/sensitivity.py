@@ -184,12 +184,16 @@ class Sensitivity(Shown):
 
     @cached_property
     def final_state(self) -> NDArray[np.float64]:
-        """Derivatives of the final state, at its fixed time, shape (4, k), or (2N, k)."""
+        """Derivatives of the final state, at its fixed time, shape (4, k), or (2N, k).
+
+        A run over ``periods`` ends at another time with another ``drive_frequency``, which is left
+        out here: ``gradient`` goes with that end, and so does the last section.
+        """
         return read_only(self._core.final_state[0])
 
     @cached_property
     def one_sided(self) -> tuple[OneSided, ...]:
-        """The events from which on the derivatives are one-sided."""
+        """The events from which on the derivatives are one-sided; empty, and so false, if none."""
         found = self._core.one_sided
         return tuple(OneSided(index=at, time=time, reason=why) for at, time, why in found)
 

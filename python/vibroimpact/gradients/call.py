@@ -41,7 +41,9 @@ def gradient(
     The function gets the run with numbers that carry their exact derivatives, through impacts and
     contact; it uses them as NumPy arrays. It can ask for ``impacts["time"]`` and other columns,
     ``stroboscopic``, ``final_state``, ``trajectory(t)``, ``initial``, ``system.gap`` and other
-    numbers, ``integral(rate)``, as the page on sensitivity tells; ``run`` is the plain run.
+    numbers, ``integral(rate)``, as the page on sensitivity tells; ``run`` is the plain run. With
+    ``periods`` the end moves with ``drive_frequency``: ``final_state`` goes with it, and
+    ``final_state.time`` has a derivative; those of ``run.sensitivity`` are at a fixed time.
 
     Parameters
     ----------
