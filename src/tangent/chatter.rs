@@ -84,9 +84,9 @@ impl<const N: usize> Limit<End<N>> {
 }
 
 impl<E> Limit<E> {
-    /// Whether it is known as well as it can be.
-    pub fn is_exact(&self) -> bool {
-        self.off <= EPS && self.slopes_off <= SAME_SLOPES
+    /// Whether its derivatives are known as well as they can be.
+    pub fn has_slopes(&self) -> bool {
+        self.slopes_off <= SAME_SLOPES
     }
 
     /// Whether it is the end.
@@ -206,7 +206,7 @@ pub(crate) fn accumulate(
         for border in bounce.borders {
             note_least(&mut borders, border);
         }
-        if sequence.best.is_some_and(|best| best.is_exact()) {
+        if sequence.best.is_some_and(|best| best.off <= EPS && best.has_slopes()) {
             break;
         }
     }

@@ -28,39 +28,40 @@ use crate::tangent::tolerances::{LOWEST_REVERSING, MOST_EXTRAPOLATED};
 
 /// A number of each column.
 type Slopes = SmallVec<[f64; 4]>;
+/// What the bounces tell that are extrapolated, the newest first.
+type Newest<'a> = SmallVec<[&'a Told; MOST_EXTRAPOLATED]>;
 
-/// u after a bounce, and by what ratio it shrinks, with its derivatives.
-struct Shrinking<'a> {
+/// A bounce: what it leads to, u after it, and by what ratio that shrinks, with its derivatives.
+struct Bounce {
+    here: Here,
     u: f64,
-    ratio: f64,
-    slopes: &'a Slopes,
+    ratio: (f64, Slopes),
+    /// Once it has been asked.
+    told: Option<Told>,
 }
 
 /// What a bounce tells: u after it, the time from the start to the end of the sequence, x1 and x1' there.
-#[derive(Clone)]
-struct Sample {
+struct Told {
     values: [f64; 4],
     slopes: Columns,
 }
 
 /// Low impacts that may lead into chatter.
 pub(super) struct Bounces {
-    /// Before the first of them.
-    start: Here,
-    /// After the last of them, and u there.
-    last: (Here, f64),
-    samples: Vec<Sample>,
+    /// Before the first of them, with u there.
+    start: (Here, f64),
+    all: Vec<Bounce>,
     formula: Option<Formula>,
 }
 
 impl Bounces {
     /// From the last impact before them, with u after it.
     pub fn new(start: &Here, u: f64) -> Self {
-        Self { start: start.clone(), last: (start.clone(), u), samples: Vec::new(), formula: None }
+        Self { start: (start.clone(), u), all: Vec::new(), formula: None }
     }
 
-    /// Takes the next impact, with the columns before it and u after it, which leads here; whether it is a
-    /// sample.
+    /// Takes the next impact, with the columns before it and u after it, which leads here; whether it tells
+    /// more than the last one.
     pub fn take(
         &mut self,
         of: &Differentiated,
@@ -70,39 +71,38 @@ impl Bounces {
     ) -> bool {
         let (kind, signs) = of.regime(impact);
         let formula = (kind, signs, of.system.coefficient().piece(impact.approach_velocity));
-        let approached = of.approach(&impact.pre);
-        let parts = of.approach(&here.state);
+        let known = self.formula.replace(formula);
+        if known != Some(formula) || reverses(formula) {
+            self.all.clear();
+        }
+        let close = self.all.last().is_some_and(|last| u > CHATTER_SPACING * last.u);
+        if close || u <= 0.0 {
+            return false;
+        }
+        let (approached, parts) = (of.approach(&impact.pre), of.approach(&here.state));
         let ratio = u / impact.approach_velocity;
         let slopes = before.iter().zip(&here.columns).map(|(before, after)| {
             -(parts(after) + ratio * approached(before)) / impact.approach_velocity
         });
-        let slopes: Slopes = slopes.collect();
-        let others = std::mem::replace(&mut self.last, (here.clone(), u));
-        if self.formula.replace(formula) != Some(formula) {
-            self.samples.clear();
+        let ratio = (ratio, slopes.collect::<Slopes>());
+        if known.is_none() && !reverses(formula) {
             // The state before has led to the same bounces.
-            let (before, u) = others;
-            self.sample(of, &before, &Shrinking { u, ratio, slopes: &slopes });
+            let (here, u) = self.start.clone();
+            self.add(&here, u, ratio.clone());
         }
-        self.sample(of, here, &Shrinking { u, ratio, slopes: &slopes })
+        self.add(here, u, ratio);
+        true
     }
 
-    /// Takes what this bounce tells, if it tells more than the last one.
-    fn sample(&mut self, of: &Differentiated, here: &Here, shrinking: &Shrinking) -> bool {
-        let u = shrinking.u;
-        let close = self.samples.last().is_some_and(|last| u > CHATTER_SPACING * last.values[0]);
-        let Some(formula) = self.formula.filter(|_| !close && u > 0.0) else { return false };
-        let told = of.told((here, self.start.clock), shrinking, slips(formula));
-        if reverses(formula) {
-            self.samples.clear();
+    fn add(&mut self, here: &Here, u: f64, ratio: (f64, Slopes)) {
+        if u > 0.0 {
+            self.all.push(Bounce { here: here.clone(), u, ratio, told: None });
         }
-        self.samples.extend(told);
-        true
     }
 
     /// A sequence of which no impact has been followed: the tip goes on slipping, or rests.
     fn begin(&mut self, of: &Differentiated) {
-        let (here, u) = self.last.clone();
+        let (here, u) = self.start.clone();
         if self.formula.is_some() || here.departure.slope.is_none() {
             return;
         }
@@ -110,9 +110,7 @@ impl Bounces {
         let rests = if v1 == 0.0 { RegimeKind::StickInApproach } else { RegimeKind::Slip };
         let sin = of.system.contact.angle(x1).sin;
         self.formula = Some((rests, Signs::of(rests, v1, sin), 0));
-        let (ratio, slopes) = of.restitution_at_rest();
-        self.sample(of, &here, &Shrinking { u, ratio, slopes: &slopes });
-        self.formula = None;
+        self.add(&here, u, of.restitution_at_rest());
     }
 }
 
@@ -145,12 +143,12 @@ impl Differentiated {
         (clock, state): (Clock, &State),
     ) -> Result<Columns, SensitivityError> {
         bounces.begin(self);
-        let mut best = self.limit(&bounces, None, (clock, state));
+        let mut best = self.limit(&mut bounces, None, (clock, state));
         let mut here = here.clone();
         let anchor = Anchor::after_impact(here.clock, here.state);
         // Those that the run has skipped, as far as they are needed.
         let mut skipped = impacts_hop_by_hop(&self.system, anchor, clock);
-        while !best.as_ref().is_some_and(Limit::is_exact) {
+        while !best.as_ref().is_some_and(Limit::has_slopes) {
             let Some(Event::Impact(impact)) = skipped.next() else { break };
             let impact = FollowedImpact::found(&self.system, &impact);
             let (before, u) = self.strike(&mut here, &impact, impact.clock)?;
@@ -160,33 +158,41 @@ impl Differentiated {
                 best = None;
             }
             if sampled {
-                best = self.limit(&bounces, best, (clock, state));
+                best = self.limit(&mut bounces, best, (clock, state));
             }
             if -u <= LOWEST_REVERSING * LOWEST_REVERSING {
                 break;
             }
         }
         let found = best.filter(Limit::has_converged);
-        found.map(|limit| limit.end).ok_or_else(|| self.no_derivative(&bounces.start, clock))
+        found.map(|limit| limit.end).ok_or_else(|| self.no_derivative(&bounces.start.0, clock))
     }
 
-    /// The end that the last samples tell, unless this one is better; `None`: there is none.
+    /// The end that the last bounces tell, unless this one is better; `None`: there is none.
     fn limit(
         &self,
-        bounces: &Bounces,
+        bounces: &mut Bounces,
         best: Option<Limit<Columns>>,
         at: (Clock, &State),
     ) -> Option<Limit<Columns>> {
-        let samples = newest(&bounces.samples);
-        if samples.is_empty() {
+        let (slips, since) = (bounces.formula.and_then(slips), bounces.start.0.clock);
+        let mut told = Newest::new();
+        for bounce in bounces.all.iter_mut().rev().take(MOST_EXTRAPOLATED) {
+            if bounce.told.is_none() {
+                bounce.told = self.told(bounce, since, slips);
+            }
+            let Some(each) = &bounce.told else { break };
+            told.push(each);
+        }
+        if told.is_empty() {
             return best;
         }
         let end = Columns::with_capacity(self.by.len());
         let mut limit = Limit { end, off: 0.0, slopes_off: 0.0 };
         if self.by.len() == 1 {
-            self.extrapolate::<ONE>((bounces, samples), at, &mut limit);
+            self.extrapolate::<ONE>((&told, since), at, &mut limit);
         } else {
-            self.extrapolate::<FEW>((bounces, samples), at, &mut limit);
+            self.extrapolate::<FEW>((&told, since), at, &mut limit);
         }
         Some(limit.better(best))
     }
@@ -194,7 +200,7 @@ impl Differentiated {
     /// The same of some columns at a time.
     fn extrapolate<const N: usize>(
         &self,
-        (bounces, samples): (&Bounces, &[Sample]),
+        (told, since): (&Newest, Clock),
         (clock, state): (Clock, &State),
         limit: &mut Limit<Columns>,
     ) {
@@ -204,64 +210,57 @@ impl Differentiated {
             let zero = Dual::<N>::constant(0.0);
             let mut nodes = [zero; MOST_EXTRAPOLATED];
             let mut ends: [End<N>; MOST_EXTRAPOLATED] = [[zero; 3]; MOST_EXTRAPOLATED];
-            for ((node, end), sample) in nodes.iter_mut().zip(&mut ends).zip(samples.iter().rev()) {
+            for ((node, end), told) in nodes.iter_mut().zip(&mut ends).zip(told) {
                 let row =
-                    |row: usize| self.number(sample.values[row], first, |i| sample.slopes[i][row]);
+                    |row: usize| self.number(told.values[row], first, |i| told.slopes[i][row]);
                 *node = row(0);
                 *end = [row(1), row(2), row(3)];
             }
-            let found = Limit::new(&nodes[..samples.len()], &ends[..samples.len()], 0.0);
+            let found = Limit::new(&nodes[..told.len()], &ends[..told.len()], 0.0);
             limit.off = limit.off.max(found.off);
             limit.slopes_off = limit.slopes_off.max(found.slopes_off);
             let [time, x1, v1] = found.end;
             limit.end.extend((0..count).map(|j| {
                 let (x1, v1) = (x1.slope[j], v1.slope[j]);
-                let later = self.later(self.by[first + j], bounces.start.clock, clock);
-                let delay = time.slope[j] - later;
+                let delay = time.slope[j] - self.later(self.by[first + j], since, clock);
                 // In the end the bodies stay together.
                 [x1, v1, approach(&[x1, v1, 0.0, delay]), delay]
             }));
         }
     }
 
-    /// What a bounce that leads here tells of the end, by the time since then.
-    fn told(
-        &self,
-        from: (&Here, Clock),
-        shrinking: &Shrinking,
-        slips: Option<Signs>,
-    ) -> Option<Sample> {
+    /// What a bounce tells of the end, by the time since then.
+    fn told(&self, bounce: &Bounce, since: Clock, slips: Option<Signs>) -> Option<Told> {
         if self.by.len() == 1 {
-            self.told_along(&self.contact.one, from, shrinking, slips)
+            self.told_along(&self.contact.one, bounce, since, slips)
         } else {
-            self.told_along(&self.contact.few, from, shrinking, slips)
+            self.told_along(&self.contact.few, bounce, since, slips)
         }
     }
 
     fn told_along<const N: usize>(
         &self,
         made: &OnceLock<Vec<Model<N>>>,
-        (here, since): (&Here, Clock),
-        &Shrinking { u, ratio, slopes }: &Shrinking,
+        Bounce { here, u, ratio: (ratio, slopes), .. }: &Bounce,
+        since: Clock,
         slips: Option<Signs>,
-    ) -> Option<Sample> {
+    ) -> Option<Told> {
         let approach = self.approach(&here.state);
         let passed = self.model.motion.drive.until(since, here.clock).value();
-        let told = Columns::with_capacity(self.by.len());
-        let mut sample = Sample { values: [u; 4], slopes: told };
+        let mut told = Told { values: [*u; 4], slopes: Columns::with_capacity(self.by.len()) };
         for (model, first) in models(made, &self.system, &self.names) {
             let (state, moment) = start(model, here, None, first);
-            let u: Dual<N> = self.number(u, first, |i| -approach(&here.columns[i]));
-            let ratio = self.number(ratio, first, |i| slopes[i]);
+            let u: Dual<N> = self.number(*u, first, |i| -approach(&here.columns[i]));
+            let ratio = self.number(*ratio, first, |i| slopes[i]);
             let [left, x1, v1] = end_ahead(model, (&state, &moment), (u, ratio), slips)?;
-            sample.values = [u.value, passed + left.value, x1.value, v1.value];
+            told.values = [u.value, passed + left.value, x1.value, v1.value];
             let columns = here.columns.iter().zip(&self.by).skip(first).take(N).enumerate();
-            sample.slopes.extend(columns.map(|(j, (column, &by))| {
+            told.slopes.extend(columns.map(|(j, (column, &by))| {
                 let time = column[3] + self.later(by, since, here.clock) + left.slope[j];
                 [u.slope[j], time, x1.slope[j], v1.slope[j]]
             }));
         }
-        Some(sample)
+        Some(told)
     }
 
     /// A number with its derivatives along some columns, from this one on.
@@ -274,9 +273,4 @@ impl Differentiated {
         let of = |j: usize| if first + j < self.by.len() { slope(first + j) } else { 0.0 };
         Dual { value, slope: std::array::from_fn(of) }
     }
-}
-
-/// Those that are extrapolated.
-fn newest(samples: &[Sample]) -> &[Sample] {
-    &samples[samples.len().saturating_sub(MOST_EXTRAPOLATED)..]
 }
