@@ -54,8 +54,7 @@ pub(super) fn end_ahead<const N: usize>(
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limit<E> {
     pub end: E,
-    /// How much they differ from those of one bounce less, and their derivatives do, relative to 1 and their
-    /// size.
+    /// How much it differs from that of one bounce less, and its derivatives do, relative to 1 and their size.
     pub off: f64,
     pub slopes_off: f64,
 }

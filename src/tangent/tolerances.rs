@@ -46,11 +46,9 @@ pub const STILL_FLIGHT: f64 = 1e-6;
 pub const SHORT_BOUNCE: f64 = 1e-5;
 pub const SLOW_BOUNCE: f64 = 1e-6;
 
-/// Where slip reverses in each impact, x1' decreases by another factor than u and nothing is
-/// extrapolated: such impacts are followed down to this separation velocity. The rest is computed
-/// to leading order, with an error O(u^2) below rounding; the derivatives of a flight have an error
-/// of EPS/u.
-pub const LOWEST_REVERSING: f64 = 1e-8;
+/// Separation velocity below which the impacts of a chatter are not followed: what they would add is
+/// below rounding.
+pub const LOWEST_BOUNCE: f64 = 1e-16;
 
 /// Most steps of one slide.
 pub const MOST_SLIDE_STEPS: usize = 10_000;

@@ -24,7 +24,7 @@ use crate::simulate::{Anchor, impacts_hop_by_hop};
 use crate::tangent::Model;
 use crate::tangent::chatter::{End, Formula, Limit, end_ahead, reverses, slips};
 use crate::tangent::itinerary::Signs;
-use crate::tangent::tolerances::{LOWEST_REVERSING, MOST_EXTRAPOLATED};
+use crate::tangent::tolerances::{LOWEST_BOUNCE, MOST_EXTRAPOLATED};
 
 /// A number of each column.
 type Slopes = SmallVec<[f64; 4]>;
@@ -160,7 +160,7 @@ impl Differentiated {
             if sampled {
                 best = self.limit(&mut bounces, best, (clock, state));
             }
-            if -u <= LOWEST_REVERSING * LOWEST_REVERSING {
+            if -u <= LOWEST_BOUNCE {
                 break;
             }
         }
