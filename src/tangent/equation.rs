@@ -304,6 +304,8 @@ impl Steps {
             size *= half / orders as f64;
             orders += 1;
         }
+        // Where nothing turns or decays the terms end with t^3.
+        let orders = orders.max(3);
         let mut change = vec![[0.0; 12]; orders];
         let mut added = [const { Vec::new() }; COEFFICIENTS];
         for &wanted in &self.wanted {

@@ -280,6 +280,26 @@ def test_friction_that_would_reverse_in_a_slide_has_its_derivative():
     assert found == pytest.approx(slope, rel=1e-6, abs=1e-8)
 
 
+def test_a_free_body_under_a_moment_that_does_not_turn_has_closed_derivatives():
+    phase, t = 1.0, 3.0
+    free = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=0,
+        restitution=0.8,
+        gap=50,
+        drive_frequency=0,
+        moment_amplitude=1,
+        pendulum_damping=0.3,
+        phase=phase,
+    )
+    run = vi.simulate(free, initial=(0.1, 0.2, 0, 0), time=t)
+    found = run.sensitivity("drive_frequency", "frequency_ratio").trajectory([t])[0]
+    # x1'' = cos(omega t + phi) - 2 zeta omega0 x1' - omega0^2 x1, at omega = omega0 = 0.
+    slowed = 0.2 * np.array([t**2 / 2, t]) + np.cos(phase) * np.array([t**3 / 6, t**2 / 2])
+    assert found[:2, 0] == pytest.approx(-np.sin(phase) * np.array([t**3 / 6, t**2 / 2]), rel=1e-14)
+    assert found[:2, 1] == pytest.approx(-2 * 0.3 * slowed, rel=1e-14)
+
+
 def test_sections_lie_on_the_trajectory():
     of = vi.simulate(DAMPED, initial=START, periods=4, section_phase=1.0)
     names = ("gap", "phase", "drive_frequency")
