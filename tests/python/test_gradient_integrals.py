@@ -1,0 +1,70 @@
+"""Integrals in functions that are differentiated, where the motion is quick."""
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+
+
+def drift(run):
+    return run.integral(lambda t, states: states[:, 1])
+
+
+def moved(run):
+    return run.final_state.x1 - run.initial[0]
+
+
+@pytest.mark.parametrize("damping", [1, 10, 100])
+def test_what_decays_quickly_is_integrated(damping):
+    body = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2,
+        restitution=0.5,
+        gap=50,
+        drive_frequency=1.2,
+        moment_amplitude=3,
+        static_moment=1,
+        pendulum_damping=damping,
+    )
+    options = {"initial": (-0.5, 20, 0, 0), "time": 5}
+    value, slopes = vi.gradient(drift, body, ["pendulum_damping", "v1"], **options)
+    exact, exact_slopes = vi.gradient(moved, body, ["pendulum_damping", "v1"], **options)
+    assert value == pytest.approx(exact, rel=1e-12)
+    assert slopes == pytest.approx(exact_slopes, rel=1e-11, abs=1e-14)
+
+
+def test_slides_are_integrated():
+    # After a plastic impact the tip is driven along the mass, and turns faster and faster.
+    body = vi.System(
+        mass_ratio=1.1,
+        frequency_ratio=0,
+        restitution=0,
+        gap=0.22,
+        drive_frequency=1.2,
+        moment_amplitude=1.7,
+        static_moment=0.55,
+        pendulum_damping=0.02,
+        oscillator_damping=0.16,
+        friction=0.4,
+        phase=0.36,
+    )
+    options = {"initial": (0.1, 0.5, 0.6, -0.3), "time": 6}
+    assert len(vi.simulate(body, **options).contacts) > 0
+    value, slopes = vi.gradient(drift, body, ["gap", "v1"], **options)
+    exact, exact_slopes = vi.gradient(moved, body, ["gap", "v1"], **options)
+    assert value == pytest.approx(exact, rel=1e-12)
+    assert slopes == pytest.approx(exact_slopes, rel=1e-11)
+
+
+def test_kinks_of_the_rate_itself_are_found():
+    body = vi.System(mass_ratio=0.6, frequency_ratio=2, restitution=0.8, gap=50, drive_frequency=0)
+    period = np.pi
+
+    def distance(run):
+        return run.integral(lambda t, states: np.abs(states[:, 1]))
+
+    # x1 = 0.3 cos 2t goes there and back, four times 0.3 in each period.
+    options = {"initial": (0.3, 0, 0, 0), "time": 5 * period}
+    value, slopes = vi.gradient(distance, body, ["x1"], **options)
+    assert value == pytest.approx(5 * 4 * 0.3, rel=1e-12)
+    assert slopes == pytest.approx([20], rel=1e-12)
