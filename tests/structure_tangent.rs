@@ -312,11 +312,10 @@ fn what_has_no_derivative_is_refused_by_name() {
     let from = StructureState::new(&[-0.5, 0.0, 0.5], &[1.0, 0.0, -1.0]);
     let error = derivative(&structure, &from, 2.0).unwrap_err();
     assert!(matches!(error, StructureTangentError::Simultaneous(0, 1, 1.5)), "{error}");
-    // Hits on a body that bounces to rest after each of them come ever faster, to rest.
+    // Hits on a body that bounces to rest after each of them come ever faster, to rest on both stops.
     let from = StructureState::new(&[-0.01, -2.0], &[0.0, 0.0]);
-    let error = derivative(&pressed(Simultaneous::Sequence), &from, 3.0).unwrap_err();
-    let StructureTangentError::Chatter(0, time, largest) = error else { panic!("{error}") };
-    assert!(time > 2.1 && (1e-4..1e-2).contains(&largest), "{error}");
+    let found = derivative(&pressed(Simultaneous::Sequence), &from, 3.0).unwrap();
+    assert_eq!((found.rank, found.matrix.amax()), (0, 0.0));
     let error = derivative(&pressed(Simultaneous::Stop), &from, 3.0).unwrap_err();
     assert_eq!(error, StructureTangentError::Stopped(StopReason::Simultaneous));
 }

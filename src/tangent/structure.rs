@@ -6,7 +6,7 @@
 //! impact            S = R + (F+ - R F- - dR/dt)(grad g)^T/g'-, as below
 //! slip ends         t . q' = 0, R = 1
 //! release           the force is 0, or friction at its limit where slip begins: F+ = F-, no change
-//! chatter           the samples of its limit, with their derivatives (chatter.rs)
+//! bounces end       the contact that the last one closes at once (chatter.rs)
 //! ```
 //!
 //! At an event the perturbations are those of the state at the event's own time, E = D + F- dt with

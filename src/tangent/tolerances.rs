@@ -25,17 +25,18 @@ pub const MOST_HOP_FLIGHTS: usize = 64;
 /// Largest difference of the last two orders of an extrapolation that converges.
 pub const CONVERGED: f64 = 1e-9;
 
-/// As [`CONVERGED`], of the derivatives themselves, relative to 1 and their size: a flight of
-/// chatter has an error of EPS/u in them, so that they converge to no more than its root.
+/// Largest error of the derivatives of a structure where bounces end, relative to 1 and their size: a
+/// flight of chatter has an error of EPS/u in its own time, and the contact that is closed at once, u
+/// before its end, one of u^2, with a derivative of u by numbers that may be 1/u as large. Where no two
+/// bounces can be compared their product is at most the root of EPS.
 pub const CONVERGED_SLOPES: f64 = 1e-6;
 
-/// Differences of the last two orders, relative to 1 and the derivatives, up to which the impacts of a
-/// chatter are followed by those that the run skips.
+/// Differences of the last two orders, or from one impact to the next, relative to 1 and the derivatives,
+/// up to which the impacts of a chatter are followed by those that the run skips.
 pub const SAME_SLOPES: f64 = 1e-12;
 
-/// Rounding of the derivatives at an impact of chatter, EPS/u, above which earlier ones are kept beside it
-/// for the extrapolation.
-pub const MOST_ROUNDING: f64 = 1e-8;
+/// Most impacts of a chatter that are kept until it ends: in so many u falls to rounding.
+pub const MOST_CLOSED: usize = 64;
 
 /// Part of a local flight: what lasts no longer is no flight.
 pub const STILL_FLIGHT: f64 = 1e-6;

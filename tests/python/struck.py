@@ -136,3 +136,39 @@ def spectrum() -> vi.StructureSpectrum:
 
 
 RUNS = {"moving": moving_run, "pressed": pressed_run, "beam": beam_run, "masses": masses_run}
+
+
+def numbers_of(structure: vi.Structure) -> list[str]:
+    """What a run of a structure is differentiated by, by name."""
+    count = structure.coordinates
+    names = ["drive_frequency", "phase", "gap"] if structure.drive_frequency else ["gap"]
+    for place, stop in enumerate(structure.stops):
+        names += [f"gap_{place}"]
+        names += [f"restitution_{place}"] if 0 < stop.restitution < 1 else []
+        names += [f"friction_{place}"] if stop.friction else []
+    names += [f"stiffness[0,{count - 1}]", "mass[0,0]"]
+    return [*names, *(f"{of}_{i}" for of in "qv" for i in range(count))]
+
+
+def changed(structure, initial, name, step):
+    """The structure and the start with one number changed."""
+    initial = np.array(initial, dtype=float)
+    if name[:2] in ("q_", "v_"):
+        initial["qv".index(name[0]), int(name[2:])] += step
+        return structure, initial
+    if "[" in name:
+        field, place = name.split("[")
+        i, j = map(int, place.rstrip("]").split(","))
+        matrix = np.array(getattr(structure, field))
+        matrix[i, j] += step
+        matrix[j, i] = matrix[i, j]
+        return structure.replace(**{field: matrix}), initial
+    if name.startswith(("gap", "restitution", "friction")) and "_" not in name:
+        stops = [getattr(stop, name) for stop in structure.stops]
+        changes = {f"{name}_{i}": value + step for i, value in enumerate(stops)}
+        return structure.replace(**changes), initial
+    if "_" in name and name.rpartition("_")[2].isdigit():
+        field, _, place = name.rpartition("_")
+        value = getattr(structure.stops[int(place)], field)
+        return structure.replace(**{name: value + step}), initial
+    return structure.replace(**{name: getattr(structure, name) + step}), initial

@@ -106,7 +106,7 @@ impl Follower<'_> {
 
     /// Takes note of the leg that begins, if the window needs it.
     pub(super) fn leg(&mut self, source: &mut Source) {
-        self.derivatives.expect_chatter(source.may_chatter());
+        self.derivatives.expect_rest(source.may_land());
         let (anchor, hops) = (source.anchor(), source.skips());
         let clock = anchor.clock;
         if clock <= self.window {

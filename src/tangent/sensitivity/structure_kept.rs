@@ -15,6 +15,15 @@ use crate::simulate::structure::{
 };
 use crate::simulate::{AnchorOf, FlightStart, Model, ModelEvent, Phase};
 
+/// Kinds of events with which a stop closes.
+const LANDINGS: [i64; 5] = [
+    EventKind::Chatter as i64,
+    EventKind::SlidePositive as i64,
+    EventKind::SlideNegative as i64,
+    EventKind::Stick as i64,
+    EventKind::Closed as i64,
+];
+
 /// What a run has kept.
 #[derive(Clone)]
 pub(super) struct Kept<'a> {
@@ -35,8 +44,8 @@ pub(super) struct Kept<'a> {
     section: i64,
     /// Which of the copies are the present ones, or the next.
     copied: usize,
-    /// The next chatter.
-    chatter: usize,
+    /// The next event that may be a landing.
+    landing: usize,
 }
 
 impl<'a> Kept<'a> {
@@ -70,7 +79,7 @@ impl<'a> Kept<'a> {
             silent: 0,
             section: run.first_section,
             copied: 0,
-            chatter: 0,
+            landing: 0,
         };
         if run.system.begin(initial.clone())? != *anchor {
             let clock = kept.next_clock();
@@ -195,11 +204,11 @@ impl<'a> Kept<'a> {
         !silent && !self.skips && self.next_clock() > self.anchor().clock
     }
 
-    /// Whether there is a chatter ahead.
-    pub fn chatters(&mut self) -> bool {
-        let ahead = &self.run.events[self.chatter.max(self.events).min(self.run.events.len())..];
-        let next = ahead.iter().position(|event| event.kind == EventKind::Chatter as i64);
-        self.chatter = self.run.events.len() - ahead.len() + next.unwrap_or(ahead.len());
+    /// Whether bounces ahead may end in contact.
+    pub fn lands(&mut self) -> bool {
+        let ahead = &self.run.events[self.landing.max(self.events).min(self.run.events.len())..];
+        let next = ahead.iter().position(|event| LANDINGS.contains(&event.kind));
+        self.landing = self.run.events.len() - ahead.len() + next.unwrap_or(ahead.len());
         next.is_some()
     }
 

@@ -125,11 +125,11 @@ impl Source<'_> {
         }
     }
 
-    /// Whether the next impacts may lead into chatter.
-    pub fn may_chatter(&mut self) -> bool {
+    /// Whether the next impacts may lead into contact.
+    pub fn may_land(&mut self) -> bool {
         match self {
             Self::Found(..) => true,
-            Self::Kept(kept) => kept.chatters(),
+            Self::Kept(kept) => kept.lands(),
         }
     }
 

@@ -1,8 +1,6 @@
 //! What changes of a leg without an impact make of perturbations: stops that close, open, or begin or end to
 //! slip.
 
-use nalgebra::RowDVector;
-
 use super::StructureTangentError;
 use super::impact::along;
 use super::perturbed::Perturbed;
@@ -44,20 +42,6 @@ impl Perturbed {
                 Ok(())
             }
             Phase::Strike => Ok(()),
-        }
-    }
-
-    /// Starts on stops without an event before stand for those that land there.
-    fn land_all(&mut self, after: &AnchorOf<Structure>) {
-        let still = RowDVector::zeros(self.columns.ncols());
-        if self.delay.is_none() {
-            self.delay = Some(still);
-        }
-        let Some(delay) = self.delay.clone() else { return };
-        for &(stop, start) in &after.touching.at {
-            if start == StopStart::Closed {
-                self.of.land_on(stop as usize, after.clock, &mut self.columns, &delay);
-            }
         }
     }
 

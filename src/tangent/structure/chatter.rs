@@ -1,46 +1,109 @@
-//! Derivatives of complete chatter at a stop: time and state just after the impacts of one sequence
-//! are smooth functions of the separation velocity u, and so are their derivatives. Both are
-//! extrapolated to u = 0 by the same polynomials, as in tangent/chatter.rs.
+//! Derivatives where the bounces at a stop end, in complete chatter or lost in rounding.
+//!
+//! All bounces after an impact that leaves u take away u and what loads add to it while they last, T =
+//! O(u), and so do an impulse that closes the contact there and the forces which hold it for this time.
+//! They have the same paths, so the sums of impulses are the same, and states later on differ by O(u T).
+//! So the derivatives of the motion that is closed at once, which has no bounces any more, are those of
+//! the limit but for O(u), times the derivative of u: the lower the impact, the nearer. In such a motion the
+//! rounding of an instant of impact, EPS/u, moves nothing but this instant.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, RowDVector};
+use smallvec::smallvec;
 
 use super::StructureTangentError;
+use super::equation::Held;
+use super::forced::Steppers;
 use super::perturbed::Perturbed;
+use super::rates::Linearised;
 use super::samples::{Limit, Sample, Samples};
 use crate::model::structure::Structure;
 use crate::numerics::double_double::DoubleDouble;
-use crate::simulate::structure::{StopChatterEvent, StructureEvent};
-use crate::simulate::{AnchorOf, Model};
-use crate::tangent::tolerances::{CONVERGED_SLOPES, MOST_BOUNCES, SAME_SLOPES};
+use crate::simulate::structure::{
+    StopChatterEvent, StopStart, StructureEvent, StructureMode, Touching,
+};
+use crate::simulate::{Anchor, AnchorOf, Model, Phase};
+use crate::tangent::tolerances::{CONVERGED_SLOPES, MOST_BOUNCES, SAME_SLOPES, STILL_FLIGHT};
+
+/// Where bounces end, and the leg that begins there.
+struct Rest {
+    of: Arc<Linearised>,
+    steppers: Arc<Steppers>,
+    leg: AnchorOf<Structure>,
+    held: Option<Arc<Held>>,
+}
+
+impl Rest {
+    /// Perturbations at the end from those after an impact, if contact begins there at once, and the
+    /// time between, as part of a local flight.
+    fn closed(&self, sample: &Sample) -> Option<(DMatrix<f64>, f64)> {
+        let mut leg = AnchorOf::<Structure> {
+            clock: sample.clock,
+            state: sample.state.clone(),
+            ..self.leg.clone()
+        };
+        let mut columns = sample.events.clone();
+        if let Some(held) = &self.held {
+            let at = (leg.clock, &mut leg.state);
+            self.of.close(held, at, &mut columns, &sample.delay);
+        }
+        let mut there = Perturbed::new(Arc::clone(&self.of), leg.clock, columns);
+        there.steppers = Arc::clone(&self.steppers);
+        there.delay = Some(sample.delay.clone());
+        there.settle(&leg);
+        there.fly(&leg, self.leg.clock).ok()?;
+        let time = self.of.drive().until(sample.clock, self.leg.clock).value();
+        Some((there.columns, time.max(0.0) / Structure::span(&self.of.motion)))
+    }
+}
 
 impl Perturbed {
+    /// The end of bounces at a stop, after which this leg begins.
+    fn rest(&self, after: &AnchorOf<Structure>, stop: usize) -> Rest {
+        let leg = self.of.leg_from(after).into_owned();
+        let held_in =
+            |leg: &AnchorOf<Structure>| self.steppers.of(&self.of, leg).equation.held.clone();
+        // A stop that opens at once is met without friction.
+        let alone = || {
+            let touching =
+                Touching { at: smallvec![(stop as u32, StopStart::Closed)], ..Touching::default() };
+            let phase = Phase::Contact(StructureMode::Closed);
+            held_in(&Anchor { clock: leg.clock, state: leg.state.clone(), phase, touching })
+        };
+        let held = held_in(&leg).filter(|held| held.stops.contains(&Some(stop))).or_else(alone);
+        Rest { of: Arc::clone(&self.of), steppers: Arc::clone(&self.steppers), leg, held }
+    }
+
     /// From the last impact before chatter to its accumulation point.
     pub(super) fn accumulate(
         &mut self,
-        before: &AnchorOf<Structure>,
+        (before, after): (&AnchorOf<Structure>, &AnchorOf<Structure>),
         event: &StopChatterEvent,
     ) -> Result<(), StructureTangentError> {
         let largest = self.columns.amax();
-        let refused = || StructureTangentError::Chatter(event.stop, event.time, largest);
         if self.samples.begin_well() {
             self.low = None;
         }
-        let limit = self.limit_of(before, event).ok_or_else(refused)?;
-        self.columns = limit.columns;
-        self.clock = event.clock;
-        self.of.land_on(event.stop, event.clock, &mut self.columns, &limit.delay);
-        self.delay = Some(limit.delay);
+        let rest = self.rest(after, event.stop);
+        let limit = self.limit_of(before, &rest).filter(|limit| limit.error <= CONVERGED_SLOPES);
+        self.samples = Samples::default();
+        let refused = || StructureTangentError::Chatter(event.stop, event.time, largest);
+        self.begin_rest(&rest, limit.ok_or_else(refused)?);
         Ok(())
     }
 
+    fn begin_rest(&mut self, rest: &Rest, limit: Limit) {
+        self.delay = Some(RowDVector::zeros(limit.columns.ncols()));
+        (self.columns, self.clock) = (limit.columns, rest.leg.clock);
+    }
+
     /// The limit, from the impacts so far, and from those that follow as far as they are needed.
-    fn limit_of(
-        &mut self,
-        before: &AnchorOf<Structure>,
-        event: &StopChatterEvent,
-    ) -> Option<Limit> {
+    fn limit_of(&mut self, before: &AnchorOf<Structure>, rest: &Rest) -> Option<Limit> {
         let mut best = None;
-        if !self.is_known(&mut best) {
+        if !self.is_known(&mut best, rest) {
             let after = DoubleDouble::new(Structure::span(&self.of.motion));
-            let far = self.of.drive().advance(event.clock, after);
+            let far = self.of.drive().advance(rest.leg.clock, after);
             let mut ahead = self.clone();
             self.steppers.hop(&self.of, (before, far), |hopping| {
                 for _ in 0..MOST_BOUNCES {
@@ -48,29 +111,50 @@ impl Perturbed {
                         Ok(None | Some(StructureEvent::Impact(_) | StructureEvent::Graze(_))) => {}
                         _ => break,
                     }
-                    if ahead.is_known(&mut best) {
+                    if ahead.is_known(&mut best, rest) {
                         break;
                     }
                 }
             });
         }
-        self.samples = Samples::default();
-        let mut best = best.filter(|best| best.error <= CONVERGED_SLOPES)?;
-        if let Some(later) = self.of.later(event.clock.period - best.period) {
-            best.delay -= later;
-        }
-        Some(best)
+        best
     }
 
-    /// Whether the limit is known as well as it can be, or as is needed; the best so far.
-    fn is_known(&mut self, best: &mut Option<Limit>) -> bool {
-        if let Some(limit) = self.samples.limit(&self.of)
-            && best.as_ref().is_none_or(|best| limit.error < best.error)
-        {
-            *best = Some(limit);
+    /// Whether the limit is known as well as is needed; the best so far.
+    fn is_known(&mut self, best: &mut Option<Limit>, rest: &Rest) -> bool {
+        if let Some(limit) = self.samples.limit(|sample| rest.closed(sample)) {
+            *best = Limit::better(best.take(), limit);
         }
-        // What comes after the best one has more rounding.
-        let noise = self.samples.last().map_or(0.0, Sample::noise);
-        best.as_ref().is_some_and(|best| best.error <= noise.max(SAME_SLOPES))
+        best.as_ref().is_some_and(|best| best.error <= SAME_SLOPES)
+    }
+
+    /// Stops close without an event before: after a plastic impact, or bounces whose last ones are lost
+    /// in rounding; at the start they stand for starts that land there.
+    pub(super) fn land_all(&mut self, after: &AnchorOf<Structure>) {
+        let closed = after.touching.closed();
+        let bounced = self.samples.last().filter(|last| {
+            let time = self.of.drive().until(last.clock, after.clock).value();
+            let at_once = time <= STILL_FLIGHT * Structure::span(&self.of.motion);
+            at_once && closed.contains(&(last.stop as u32))
+        });
+        let Some(stop) = bounced.map(|last| last.stop) else {
+            let still = RowDVector::zeros(self.columns.ncols());
+            let delay = self.delay.take().unwrap_or(still);
+            if let Some(held) = &self.steppers.of(&self.of, after).equation.held {
+                self.of.land_on(held, after.clock, &mut self.columns, &delay);
+            }
+            self.delay = Some(delay);
+            return;
+        };
+        let rest = self.rest(after, stop);
+        let well = self.samples.begin_well();
+        let limit = self.samples.limit(|sample| rest.closed(sample));
+        self.samples = Samples::default();
+        if let Some(limit) = limit {
+            if well && limit.error <= CONVERGED_SLOPES {
+                self.low = None;
+            }
+            self.begin_rest(&rest, limit);
+        }
     }
 }

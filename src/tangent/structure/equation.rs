@@ -1,6 +1,8 @@
 //! The matrices of forced.rs: how z = (p, p', 1, cos psi, sin psi) of a leg moves, and what that changes
 //! with a number.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use smallvec::SmallVec;
 
@@ -22,8 +24,9 @@ pub(super) struct Held {
     /// (R D^T)^-1 and R^T (R R^T)^-1.
     inertia: DMatrix<f64>,
     onto: DMatrix<f64>,
-    /// The stops of the rows; none of the tangent's.
-    stops: Vec<Option<usize>>,
+    /// The stops of the rows; none of the tangent's, which is that of the stop that sticks.
+    pub stops: Vec<Option<usize>>,
+    pub sticks: Option<usize>,
     /// Row of a stop that slides, the direction of slip, and its tangent.
     slides: Option<(usize, f64, DVector<f64>)>,
 }
@@ -38,7 +41,7 @@ struct Place {
 /// z' = A z.
 #[derive(Debug)]
 pub(super) struct Equation {
-    held: Option<Held>,
+    pub held: Option<Arc<Held>>,
     places: Vec<Place>,
     omega: f64,
     count: usize,
@@ -60,7 +63,7 @@ impl Held {
         let mut exact: Vec<Vec<_>> =
             places.iter().map(|&j| structure.contact(j).modal_normal.clone()).collect();
         let mut stops: Vec<Option<usize>> = places.iter().copied().map(Some).collect();
-        let mut slides = None;
+        let (mut slides, mut sticks) = (None, None);
         match closed {
             Closed::Frictionless(_) => {}
             Closed::Slide { stop, direction, .. } => {
@@ -71,6 +74,7 @@ impl Held {
             Closed::Stick { stop, .. } => {
                 exact.push(structure.contact(stop).modal_tangent.clone());
                 stops.push(None);
+                sticks = Some(stop);
             }
         }
         let (independent, _) = complement(&exact, count);
@@ -89,7 +93,30 @@ impl Held {
         let stops = independent.iter().map(|&i| stops[i]).collect();
         let inertia = (&rows * directions.transpose()).try_inverse()?;
         let onto = rows.transpose() * (&rows * rows.transpose()).try_inverse()?;
-        Some(Self { rows, directions, inertia, onto, stops, slides })
+        Some(Self { rows, directions, inertia, onto, stops, sticks, slides })
+    }
+
+    /// Impulses along the directions of the forces that take away what is left of u at the stops, and in
+    /// stick of the velocity of slip: stop, normal and tangential impulse, and that by friction.
+    pub fn impulses(&self, structure: &Structure, left: Vec<f64>) -> Vec<(usize, [f64; 2], f64)> {
+        let all = &self.inertia * DVector::from_vec(left);
+        let one = |(row, &impulse): (usize, &f64)| match self.stops[row] {
+            Some(stop) => {
+                let slides = self.slides.as_ref().filter(|(at, ..)| *at == row);
+                let by_friction = slides.map_or(0.0, |(_, direction, _)| -direction * impulse);
+                let tangential = structure.stops()[stop].friction() * by_friction;
+                Some((stop, [impulse, tangential], by_friction))
+            }
+            None => self.sticks.map(|stop| (stop, [0.0, -impulse], 0.0)),
+        };
+        all.iter().enumerate().filter_map(one).collect()
+    }
+
+    /// What such impulses take from q' for each number that is left: (N, rows).
+    pub fn taken(&self, structure: &Structure) -> DMatrix<f64> {
+        let modes = structure.modes();
+        let shapes = DMatrix::from_fn(modes.len(), modes.len(), |k, i| modes[i].shape[k]);
+        shapes * self.directions.transpose() * &self.inertia
     }
 }
 
@@ -120,7 +147,7 @@ impl Equation {
             free[(i, 2 * count + 2)] = -mode.drive.im;
         }
         let mut equation = Self {
-            held,
+            held: held.map(Arc::new),
             places,
             omega,
             count,

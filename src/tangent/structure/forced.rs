@@ -47,8 +47,8 @@ pub(super) struct Steppers {
 
 /// What legs of one kind add.
 #[derive(Debug)]
-struct Stepper {
-    equation: Equation,
+pub(super) struct Stepper {
+    pub equation: Equation,
     /// p'' and the drive in A.
     second: Rows,
     /// Columns that they add to, each with its B.
@@ -282,7 +282,7 @@ impl Steppers {
         self.of(of, leg).modes.is_some()
     }
 
-    fn of(&self, of: &Linearised, leg: &AnchorOf<Structure>) -> Arc<Stepper> {
+    pub(super) fn of(&self, of: &Linearised, leg: &AnchorOf<Structure>) -> Arc<Stepper> {
         let kind: Kind = match leg.phase {
             Phase::Contact(mode) => Some((mode, leg.touching.closed())),
             _ => None,

@@ -3,13 +3,14 @@
 use nalgebra::{DMatrix, RowDVector};
 use smallvec::SmallVec;
 
+use super::equation::Held;
 use super::rates::Linearised;
 use crate::impact::{PathEnd, Regime, RegimeKind, StopImpact};
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::ImpactLaw;
 use crate::model::restitution::RestitutionAt;
 use crate::model::state::Clock;
-use crate::model::structure::Structure;
+use crate::model::structure::{Structure, StructureState};
 use crate::numerics::dual::{Dual, Number};
 use crate::simulate::structure::{StopContactEvent, StopImpactEvent, StructureMode};
 use crate::tangent::border::{Border, BorderValue};
@@ -285,25 +286,61 @@ impl Linearised {
         sum
     }
 
-    /// Perturbations at an event at which a stop is reached with g = g' = 0, moved onto it.
-    pub fn land_on(
+    /// Perturbations at an event after which stops stay closed, moved onto them. What is left of u is
+    /// that of bounces yet to come: to leading order their impulses are those of one that closes the
+    /// stops at once, along the directions of the forces which then hold them.
+    pub(super) fn land_on(
         &self,
-        stop: usize,
+        held: &Held,
         clock: Clock,
         events: &mut DMatrix<f64>,
         delay: &RowDVector<f64>,
     ) {
-        let (count, rows) = (self.structure.coordinates(), self.structure.contact(stop));
-        let (gap_by_time, _) = self.by_time(stop, clock);
-        let gap = self.gap_change(stop, clock, events) + delay * gap_by_time;
-        let rate = self.rate_change(stop, clock, events, delay);
-        for i in 0..count {
-            let part = rows.by_normal[i] / rows.mobilities[0];
-            let mut place = events.row_mut(i);
-            place -= &gap * part;
-            let mut velocity = events.row_mut(count + i);
-            velocity -= &rate * part;
+        let (structure, count) = (&self.structure, self.structure.coordinates());
+        for &stop in held.stops.iter().flatten() {
+            let rows = structure.contact(stop);
+            let (gap_by_time, _) = self.by_time(stop, clock);
+            let gap = self.gap_change(stop, clock, events) + delay * gap_by_time;
+            for (i, by_normal) in rows.by_normal.iter().enumerate() {
+                let mut place = events.row_mut(i);
+                place -= &gap * (by_normal / rows.mobilities[0]);
+            }
         }
+        let tangent = held.sticks.and_then(|stop| structure.stops()[stop].tangent()).unwrap_or(&[]);
+        let left = held.stops.iter().map(|stop| match *stop {
+            Some(stop) => self.rate_change(stop, clock, events, delay),
+            None => along(tangent, events, count),
+        });
+        let left = DMatrix::from_rows(&left.collect::<Vec<_>>());
+        let mut velocities = events.rows_mut(count, count);
+        velocities -= held.taken(structure) * left;
+    }
+
+    /// The same, of a state that still moves on the stops, which it then does not.
+    pub(super) fn close(
+        &self,
+        held: &Held,
+        (clock, state): (Clock, &mut StructureState),
+        events: &mut DMatrix<f64>,
+        delay: &RowDVector<f64>,
+    ) {
+        let structure = &self.structure;
+        let left = held.stops.iter().map(|stop| match *stop {
+            Some(stop) => self.motion.gap(stop, clock, state).1,
+            None => held.sticks.map_or(0.0, |stop| structure.slip(stop, &state.v)),
+        });
+        for (stop, impulses, by_friction) in held.impulses(structure, left.collect()) {
+            let rows = structure.contact(stop);
+            for ((v, n), t) in state.v.iter_mut().zip(&rows.by_normal).zip(&rows.by_tangent) {
+                *v += impulses[1] * t - impulses[0] * n;
+            }
+            if let Some([_, friction]) = self.by_law(stop, 0.0) {
+                let none = RowDVector::zeros(friction.len());
+                push(structure, stop, events, &none, Some(&(friction * by_friction)));
+            }
+            self.by_inertia(stop, impulses, events);
+        }
+        self.land_on(held, clock, events, delay);
     }
 }
 

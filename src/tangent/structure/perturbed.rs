@@ -63,9 +63,9 @@ impl Perturbed {
         }
     }
 
-    /// Whether the next impacts may lead into chatter.
-    pub fn expect_chatter(&mut self, may_chatter: bool) {
-        self.samples_impacts = may_chatter;
+    /// Whether the next impacts may lead into contact.
+    pub fn expect_rest(&mut self, may_land: bool) {
+        self.samples_impacts = may_land;
     }
 
     /// Of the state at an instant of a flight, with what is worked out once.
@@ -130,7 +130,7 @@ impl Perturbed {
     ) -> Result<(), StructureTangentError> {
         match event {
             Some(StructureEvent::Impact(impact)) => self.strike(before, after, impact),
-            Some(StructureEvent::Chatter(chatter)) => self.accumulate(before, chatter),
+            Some(StructureEvent::Chatter(chatter)) => self.accumulate((before, after), chatter),
             Some(StructureEvent::Graze(_)) => Ok(()),
             _ if before != after => self.change(before, after),
             _ => Ok(()),
@@ -429,21 +429,18 @@ impl Perturbed {
         if !self.samples_impacts {
             return;
         }
-        let (stop, kind) = (event.impact.stop, event.impact.regime.kind());
-        // That after an impact in which slip stops is rounding.
-        let slip = self.of.structure.slip(stop, &event.pre.v);
-        let coefficient = self.of.structure.stops()[stop].coefficient();
-        let piece = coefficient.piece(event.impact.approach_velocity);
-        self.samples.take(Sample {
-            contact: (stop, kind, slip > 0.0, piece),
+        let stop = event.impact.stop;
+        let new = Sample {
+            stop,
+            approach: event.impact.approach_velocity,
             separation: -event.impact.separation_velocity,
             change: -self.of.rate_change(stop, event.clock, &self.columns, delay),
             clock: event.clock,
             delay: delay.clone(),
             state: event.post.clone(),
             events: self.columns.clone(),
-            low: self.low.is_some(),
-        });
+        };
+        self.samples.take(new, self.low.is_some());
     }
 
     /// Refuses an impact whose order among those of its instant rounding has chosen.

@@ -1,79 +1,87 @@
-//! What the impacts of a sequence leave behind, with its perturbations, and the limit of those.
+//! What the impacts of a sequence leave behind, with its perturbations, and what becomes of those.
 
 use nalgebra::{DMatrix, RowDVector};
-use smallvec::SmallVec;
 
-use super::rates::Linearised;
 use crate::contact::tolerances::CHATTER_SPACING;
-use crate::impact::RegimeKind;
 use crate::model::state::Clock;
 use crate::model::structure::{StructureState, largest_number};
 use crate::numerics::EPS;
-use crate::numerics::extrapolation::Weights;
-use crate::tangent::tolerances::{MOST_EXTRAPOLATED, MOST_ROUNDING, SAME_SLOPES};
-
-/// Fewest samples of which two orders can be compared. At a small r more are lost in rounding.
-const FEWEST: usize = 3;
+use crate::tangent::tolerances::{MOST_CLOSED, SAME_SLOPES};
 
 /// What an impact leaves behind, with its perturbations.
 #[derive(Debug, Clone)]
 pub(super) struct Sample {
-    /// Stop, regime, direction of slip before, piece of the restitution curve.
-    pub contact: (usize, RegimeKind, bool, usize),
-    /// -u, and its change.
+    pub stop: usize,
+    /// u before; -u after it, and the change of that.
+    pub approach: f64,
     pub separation: f64,
     pub change: RowDVector<f64>,
     pub clock: Clock,
     pub delay: RowDVector<f64>,
     pub state: StructureState,
     pub events: DMatrix<f64>,
-    /// Rounding has spoilt the perturbations before.
-    pub low: bool,
 }
 
-/// Impacts that may belong to one chatter, in their order, with u at most [`CHATTER_SPACING`] times
-/// that of the one before: as many as the extrapolation takes, and more where rounding spoils the last.
+/// Impacts at one stop that may belong to one chatter, in their order, with u at most
+/// [`CHATTER_SPACING`] times that of the one before.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Samples {
     all: Vec<Sample>,
-    /// Limits of so many of the first ones have been told.
+    /// What becomes of so many of the first ones has been told.
     told: usize,
+    /// Low bounces have been before the first one.
+    low: bool,
 }
 
-/// The limit of time and state, with their derivatives.
+/// Perturbations where the bounces end, at a fixed time in the leg that begins there.
 pub(super) struct Limit {
     pub columns: DMatrix<f64>,
-    /// Within this drive period.
-    pub delay: RowDVector<f64>,
-    pub period: i64,
-    /// Difference of the last two orders, with the rounding of the last sample.
     pub error: f64,
 }
 
+impl Limit {
+    /// The one with the smaller error.
+    pub fn better(one: Option<Self>, other: Self) -> Option<Self> {
+        Some(match one {
+            Some(one) if one.error <= other.error => one,
+            _ => other,
+        })
+    }
+
+    /// A newer one, which is better, with their difference for its error.
+    fn checks(&self, newer: Self) -> Self {
+        let off = newer.columns.iter().zip(self.columns.iter());
+        let off = off.map(|(x, other)| (x - other).abs() / (1.0 + x.abs())).fold(0.0, f64::max);
+        Self { error: newer.error.min(off), ..newer }
+    }
+}
+
 impl Sample {
-    /// Rounding of its perturbations, relative to their size.
-    pub fn noise(&self) -> f64 {
+    /// Bound of the error if the bounces after it close the contact at once. What they do is left out to
+    /// second order in the time that they last, as part of a local flight, which has a derivative; and
+    /// the delay has the rounding of the gap over the velocity at which it is met.
+    fn bound(&self, part: f64) -> f64 {
         let StructureState { q, v } = &self.state;
-        EPS * largest_number(q).max(largest_number(v)).max(1.0) / self.separation
+        let size = largest_number(q).max(largest_number(v)).max(1.0);
+        let changes = if part > 0.0 { self.change.amax() / self.separation } else { 0.0 };
+        size * (EPS / self.approach).max(part * part * (1.0 + changes))
     }
 }
 
 impl Samples {
-    /// Takes an impact: of other contact, or harder than the last one, it begins anew.
-    pub fn take(&mut self, new: Sample) {
+    /// Takes an impact: at another stop, or harder than the last one, it begins anew.
+    pub fn take(&mut self, new: Sample, low: bool) {
         match self.all.last() {
-            Some(last) if last.contact != new.contact || new.separation >= last.separation => {
-                self.all.clear();
-                self.told = 0;
+            Some(last) if last.stop == new.stop && new.separation < last.separation => {
+                if new.separation > CHATTER_SPACING * last.separation {
+                    return;
+                }
             }
-            Some(last) if new.separation > CHATTER_SPACING * last.separation => return,
-            _ => {}
+            _ => *self = Self { low, ..Self::default() },
         }
-        // More than the extrapolation takes are kept only beside one that is mostly rounding, as a
-        // slow chatter has many: the limit from the earlier ones may be better.
-        if self.all.len() >= MOST_EXTRAPOLATED && new.noise() <= MOST_ROUNDING {
+        if self.all.len() >= MOST_CLOSED {
             self.all.remove(0);
-            self.told = 0;
+            self.told = self.told.saturating_sub(1);
         }
         self.all.push(new);
     }
@@ -104,80 +112,35 @@ impl Samples {
         self.all.last()
     }
 
-    /// Whether it began before rounding spoilt the perturbations.
+    /// Whether it began before the bounces were low.
     pub fn begin_well(&self) -> bool {
-        self.all.first().is_some_and(|first| !first.low)
+        !self.low && !self.all.is_empty()
     }
 
-    /// At u = 0, from some samples in a row, up to that one with which the error is least: further ones
-    /// bring more rounding. Of those numbers of samples whose limit has not been told.
-    pub fn limit(&mut self, of: &Linearised) -> Option<Limit> {
-        let counts = FEWEST.max(self.told + 1)..=self.all.len();
+    /// What becomes of the one with which the error is least, if the bounces after it close the contact
+    /// at once: the difference from what becomes of the one before, or its bound. Of those that have
+    /// not been told. `closed` says that, and how long the bounces last, as part of a local flight.
+    pub fn limit(
+        &mut self,
+        closed: impl Fn(&Sample) -> Option<(DMatrix<f64>, f64)>,
+    ) -> Option<Limit> {
+        let first = self.told.saturating_sub(1);
         self.told = self.all.len();
-        let mut best: Option<Limit> = None;
-        for count in counts.rev() {
-            let first = count.saturating_sub(MOST_EXTRAPOLATED);
-            let limit = Self::limit_of(&self.all[first..count], of);
-            if best.as_ref().is_none_or(|best| limit.error.total_cmp(&best.error).is_lt()) {
-                best = Some(limit);
+        let (mut best, mut newer) = (None, None);
+        for sample in self.all[first..].iter().rev() {
+            let (columns, part) = closed(sample)?;
+            let this = Limit { columns, error: sample.bound(part) };
+            if let Some(newer) = newer.take() {
+                best = Limit::better(best, this.checks(newer));
+                if best.as_ref().is_some_and(|best| best.error <= SAME_SLOPES) {
+                    return best;
+                }
             }
-            if best.as_ref().is_some_and(|best| best.error <= SAME_SLOPES) {
-                break;
-            }
+            newer = Some(this);
         }
-        best
-    }
-
-    fn limit_of(samples: &[Sample], of: &Linearised) -> Limit {
-        let drive = of.drive();
-        let (first, last) = (&samples[0], &samples[samples.len() - 1]);
-        let (rows, columns) = first.events.shape();
-        let count = samples.len();
-        let newest = || samples.iter().rev();
-        let mut limit = Limit {
-            columns: DMatrix::zeros(rows, columns),
-            delay: RowDVector::zeros(columns),
-            period: first.clock.period,
-            error: last.noise(),
-        };
-        let place = |sample: &Sample, i: usize| {
-            let StructureState { q, v } = &sample.state;
-            if i < q.len() { q[i] } else { v[i - q.len()] }
-        };
-        let nodes: Numbers = newest().map(|s| s.separation).collect();
-        let all = Weights::at_zero(&nodes);
-        let fewer = Weights::at_zero(&nodes[..count - 1]);
-        for c in 0..columns {
-            let changes: Numbers = newest().map(|s| s.change[c]).collect();
-            let all_change = all.change(&nodes, &changes);
-            let fewer_change = fewer.change(&nodes, &changes);
-            let mut extrapolated = |values: &Numbers, slopes: &Numbers| {
-                let (value, slope) = all.sum(&all_change, values, slopes);
-                let (other, other_slope) = fewer.sum(&fewer_change, values, slopes);
-                let slopes = (slope - other_slope).abs() / (1.0 + slope.abs());
-                limit.error = limit.error.max((value - other).abs()).max(slopes);
-                slope
-            };
-            let times = newest().map(|s| drive.until(first.clock, s.clock).value()).collect();
-            let delays = newest()
-                .map(|s| {
-                    let later = of.later(s.clock.period - first.clock.period);
-                    s.delay[c] + later.map_or(0.0, |later| later[c])
-                })
-                .collect();
-            let delay = extrapolated(&times, &delays);
-            for i in 0..rows {
-                // Differences, so that no digit is lost where little changes.
-                let from = place(first, i);
-                let values = newest().map(|s| place(s, i) - from).collect();
-                let slopes = newest().map(|s| s.events[(i, c)]).collect();
-                limit.columns[(i, c)] = extrapolated(&values, &slopes);
-            }
-            limit.delay[c] = delay;
+        match newer {
+            Some(oldest) => Limit::better(best, oldest),
+            None => best,
         }
-        limit
     }
 }
-
-/// A number of each sample.
-type Numbers = SmallVec<[f64; MOST_EXTRAPOLATED]>;
