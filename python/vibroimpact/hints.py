@@ -15,6 +15,7 @@ _OTHER_NAMES: dict[str, tuple[str, ...]] = {
     **{"f10": ("moment_amplitude",), "f20": ("force_amplitude",), "Delta": ("gap",)},
     **{"C10": ("static_moment",), "F20": ("static_force",)},
     **{"Omega": ("drive_frequency",), "frequency": ("drive_frequency",), "e": ("restitution",)},
+    "restitution": ("r_low", "r_0"),
     **{"M": ("mass",), "K": ("stiffness",), "C": ("damping",), "F": ("drive_amplitude",)},
     **dict.fromkeys(("zeta", "zetas"), ("damping_ratios", "damping")),
     **dict.fromkeys(("x0", "y0", "X0", "state", "start", "initial_state", "ic"), ("initial",)),

@@ -107,7 +107,7 @@ def _check_has(structure: Structure, name: str) -> None:
     if what == "friction":
         for place in places:
             if not stops[place].friction:
-                allowed = "a stop with friction > 0: without friction it has no tangent"
+                allowed = "a stop with friction > 0, however small: without any it has no slip"
                 reject(f"friction_{place}", 0.0, allowed)
 
 

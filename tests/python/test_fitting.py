@@ -467,3 +467,13 @@ def test_a_record_that_says_nothing_of_the_unknown_does_not_judge_the_model():
     found = vi.fit(record, PAPER, unknown=["restitution"], initial=(0, 0.5, 0, 0))
     assert np.isinf(found.errors["restitution"])
     assert found.verdict == "not identifiable"
+
+
+def test_as_many_rows_as_unknowns_tell_no_errors():
+    run = vi.simulate(PAPER, initial=START, periods=5)
+    record = vi.Record("impact_times", run.impacts["time"][:2])
+    guess = PAPER.replace(gap=0.49, restitution=0.79)
+    found = vi.fit(record, guess, unknown=["gap", "restitution"], initial=START)
+    assert found.verdict == "not identifiable"
+    assert list(found.errors.values()) == [np.inf, np.inf]
+    assert "nothing tells their errors" in found.summary()

@@ -208,3 +208,26 @@ def test_a_fit_of_a_structure_is_drawn():
     assert top.get_ylabel() == r"acceleration $\ddot q_{2}$"
     assert bottom.get_xlabel() == "time $t$"
     pyplot.close(top.figure)
+
+
+def test_no_friction_at_a_stop_is_found():
+    def rubbing(friction):
+        stop = vi.Stop([1, 0], 0.1, 0.6, friction=friction, tangent=[-0.3, 1])
+        return vi.Structure(
+            np.diag([1, 1.3]),
+            [[4, -2], [-2, 3]],
+            [stop],
+            damping=0.04 * np.eye(2),
+            static_load=[0.3, 0.3],
+            drive_amplitude=[1.5, 0.5],
+            drive_frequency=1.3,
+        )
+
+    initial = [[0, 0], [0.4, 0.3]]
+    run = vi.simulate(rubbing(0), initial=initial, time=40)
+    record = vi.measure(run, "q_1", sampling=0.1, noise=0.01, seed=1)
+    for limits in (None, (0, 1)):
+        found = vi.fit(record, rubbing(0.1), unknown={"friction": limits}, initial=initial)
+        assert found.values["friction"] < 3 * found.errors["friction"] < 0.01
+    with pytest.raises(vi.ParameterError, match="friction = 0"):
+        vi.fit(record, rubbing(0), unknown=["friction"], initial=initial)

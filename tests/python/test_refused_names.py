@@ -80,7 +80,7 @@ def test_a_place_that_is_none_is_answered_by_those_that_are(call, said):
 
 
 def test_a_name_that_this_structure_lacks_is_told_once():
-    said = "_0 = 0.0 is not allowed; allowed: a stop with friction > 0: without friction it has"
+    said = "_0 = 0.0 is not allowed; allowed: a stop with friction > 0, however small"
     for name in ("friction", "friction_0"):
         with pytest.raises(vi.ParameterError, match=f"^friction{said}"):
             MOVING.sensitivity(name)

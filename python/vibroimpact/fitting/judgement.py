@@ -106,17 +106,20 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
         variance *= max(1.0, chi2 / dof)
     changes = derived.changes[:count]
     known = determination(derived.derivative, changes, unknowns.scales, variance)
+    # From no more rows than unknowns nothing tells the size of errors that is not stated.
+    untold = rows <= count and any(record.sigma is None for record in problem.records)
+    errors = np.full(len(known.errors), np.inf) if untold else known.errors
     said = [sentence for _, sentence in reasons]
     if outliers and verdict == "fits":
         many = counted(outliers, "outlier")
         said.append(f"{many}, more than 4 standard errors off, with little weight")
     # Of residuals that no unknown changes, their size says nothing about the model.
-    nothing_told = bool(np.isinf(known.errors).all())
+    nothing_told = bool(np.isinf(errors).all())
     if (verdict == "fits" and len(known.open)) or (
         verdict == "residuals too large" and probability is None and nothing_told
     ):
         verdict = "not identifiable"
-    if verdict == "fits" and rows <= count and any(r.sigma is None for r in problem.records):
+    if verdict == "fits" and untold:
         verdict = "not identifiable"
         said.append("there are no more rows than unknowns: nothing tells their errors")
     if verdict != "fits":
@@ -128,7 +131,7 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
         reasons=tuple(said),
         profile=None,
         covariance=known.covariance,
-        standard_errors=known.errors,
+        standard_errors=errors,
         combinations=known.open,
         combination_errors=known.open_errors,
         at_bounds=tuple(name for name, at in zip(unknowns.names, ends, strict=True) if at),

@@ -6,6 +6,7 @@ from typing import Any
 from ..made import Made
 from ..restitution import OF_SPEEDS, OF_VALUES
 from ..stop import of_one_stop
+from ..structure import Structure
 
 _NOT_NEGATIVE = (
     "mass_ratio",
@@ -15,13 +16,14 @@ _NOT_NEGATIVE = (
     "oscillator_damping",
     "friction",
 )
-# Numbers of curves of restitution are not 0.
-_LEAST_OF_CURVE = 1e-6
+# Numbers of curves of restitution are not 0; neither is the friction of a stop of a structure, in
+# whose motion slip plays no part without any.
+_LEAST = 1e-6
 _NATURAL = {
     **dict.fromkeys(_NOT_NEGATIVE, (0.0, math.inf)),
     "restitution": (0.0, 1.0),
-    **dict.fromkeys(("r_low", "exponent", *OF_VALUES), (_LEAST_OF_CURVE, 1.0)),
-    **dict.fromkeys(("least_speed", *OF_SPEEDS), (_LEAST_OF_CURVE, math.inf)),
+    **dict.fromkeys(("r_low", "exponent", *OF_VALUES), (_LEAST, 1.0)),
+    **dict.fromkeys(("least_speed", *OF_SPEEDS), (_LEAST, math.inf)),
 }
 _ANY = (-math.inf, math.inf)
 
@@ -34,4 +36,7 @@ def natural_range(machine: Any, name: str) -> tuple[float, float]:
     if isinstance(machine, Made):
         return _ANY
     one = of_one_stop(name)
-    return _NATURAL.get(one.what if one else name, _ANY)
+    what = one.what if one else name
+    if what == "friction" and isinstance(machine, Structure):
+        return (_LEAST, math.inf)
+    return _NATURAL.get(what, _ANY)

@@ -148,6 +148,7 @@ def _range(name: str, limits: Any, least: float, most: float) -> tuple[float, fl
     low, high = (number(f"unknown[{name!r}]", each, wanted) for each in pair(name, limits, wanted))
     if not low < high:
         reject(f"unknown[{name!r}]", limits, wanted)
-    if low < least or high > most:
-        reject(f"unknown[{name!r}]", limits, f"a range inside [{least:g}, {most:g}]")
-    return low, high
+    if low < min(least, 0.0) or high > most:
+        reject(f"unknown[{name!r}]", limits, f"a range inside [{min(least, 0.0):g}, {most:g}]")
+    # Numbers that are not 0 have a least value in its place.
+    return max(low, least), high

@@ -227,7 +227,7 @@ impl Variation {
                 return Err(ParameterError::number(of("restitution"), restitution, allowed));
             }
             if friction != 0.0 && at.friction() == 0.0 {
-                let allowed = "a stop with friction > 0: without friction it has no tangent";
+                let allowed = "a stop with friction > 0, however small: without any it has no slip";
                 return Err(ParameterError::number(of("friction"), at.friction(), allowed));
             }
         }

@@ -123,7 +123,7 @@ impl Perturbed {
     /// Whether the limit is known as well as is needed; the best so far.
     fn is_known(&mut self, best: &mut Option<Limit>, rest: &Rest) -> bool {
         if let Some(limit) = self.samples.limit(|sample| rest.closed(sample)) {
-            *best = Limit::better(best.take(), limit);
+            *best = Some(Limit::better(best.take(), limit));
         }
         best.as_ref().is_some_and(|best| best.error <= SAME_SLOPES)
     }

@@ -41,11 +41,11 @@ pub(super) struct Limit {
 
 impl Limit {
     /// The one with the smaller error.
-    pub fn better(one: Option<Self>, other: Self) -> Option<Self> {
-        Some(match one {
+    pub fn better(one: Option<Self>, other: Self) -> Self {
+        match one {
             Some(one) if one.error <= other.error => one,
             _ => other,
-        })
+        }
     }
 
     /// A newer one, which is better, with their difference for its error.
@@ -131,7 +131,7 @@ impl Samples {
             let (columns, part) = closed(sample)?;
             let this = Limit { columns, error: sample.bound(part) };
             if let Some(newer) = newer.take() {
-                best = Limit::better(best, this.checks(newer));
+                best = Some(Limit::better(best, this.checks(newer)));
                 if best.as_ref().is_some_and(|best| best.error <= SAME_SLOPES) {
                     return best;
                 }
@@ -139,7 +139,7 @@ impl Samples {
             newer = Some(this);
         }
         match newer {
-            Some(oldest) => Limit::better(best, oldest),
+            Some(oldest) => Some(Limit::better(best, oldest)),
             None => best,
         }
     }
