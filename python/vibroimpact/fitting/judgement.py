@@ -109,19 +109,20 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
     # From no more rows than unknowns nothing tells the size of errors that is not stated.
     untold = rows <= count and any(record.sigma is None for record in problem.records)
     errors = np.full(len(known.errors), np.inf) if untold else known.errors
+    told = np.isinf(known.open_errors) | (not untold)
+    combinations, combination_errors = known.open[told], known.open_errors[told]
     said = [sentence for _, sentence in reasons]
     if outliers and verdict == "fits":
         many = counted(outliers, "outlier")
         said.append(f"{many}, more than 4 standard errors off, with little weight")
     # Of residuals that no unknown changes, their size says nothing about the model.
     nothing_told = bool(np.isinf(errors).all())
-    if (verdict == "fits" and len(known.open)) or (
+    if (verdict == "fits" and (len(combinations) or untold)) or (
         verdict == "residuals too large" and probability is None and nothing_told
     ):
         verdict = "not identifiable"
-    if verdict == "fits" and untold:
-        verdict = "not identifiable"
-        said.append("there are no more rows than unknowns: nothing tells their errors")
+        if untold:
+            said.append("there are no more rows than unknowns: nothing tells their errors")
     if verdict != "fits":
         said += _units(problem, found)
     low, high = unknowns.low, unknowns.high
@@ -132,8 +133,8 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
         profile=None,
         covariance=known.covariance,
         standard_errors=errors,
-        combinations=known.open,
-        combination_errors=known.open_errors,
+        combinations=combinations,
+        combination_errors=combination_errors,
         at_bounds=tuple(name for name, at in zip(unknowns.names, ends, strict=True) if at),
         predicted=np.concatenate(found.evaluation.predicted),
         chi2=chi2,
