@@ -1,4 +1,4 @@
-"""Integrals in functions that are differentiated, where the motion is quick."""
+"""Integrals in functions that are differentiated, where motion is quick; the end of a motion."""
 
 import numpy as np
 import pytest
@@ -68,3 +68,22 @@ def test_kinks_of_the_rate_itself_are_found():
     value, slopes = vi.gradient(distance, body, ["x1"], **options)
     assert value == pytest.approx(5 * 4 * 0.3, rel=1e-12)
     assert slopes == pytest.approx([20], rel=1e-12)
+
+
+def test_the_end_of_a_structure_has_places_and_velocities():
+    structure = vi.Structure(
+        [[1, 0], [0, 2]],
+        [[2, -1], [-1, 3]],
+        [vi.Stop([0, 1], 0.1, 0.5)],
+        drive_amplitude=[1, 0],
+        drive_frequency=1,
+    )
+    options = {"initial": [[0, 0], [0, 0.5]], "time": 5}
+    run = vi.simulate(structure, **options)
+    exact = run.sensitivity("gap_0").final_state[:, 0]
+    for name, rows in (("q", exact[:2]), ("v", exact[2:])):
+        value, slopes = vi.gradient(
+            lambda run, name=name: getattr(run.final_state, name), structure, ["gap_0"], **options
+        )
+        assert value == pytest.approx(getattr(run.final_state, name))
+        assert slopes[:, 0] == pytest.approx(rows)

@@ -427,7 +427,12 @@ def _is_doubtful(found: Fit) -> bool:
 
 
 def _misfit(found: Fit) -> float:
-    """Return how far predictions are off, in the same units whatever sigma was taken for."""
+    """Return how far predictions are off, in the same units whatever sigma was taken for.
+
+    Infinitely far where there is no motion that predicts the record, or one without derivatives.
+    """
+    if found.verdict == "not converged" and np.isinf(found.standard_errors).all():
+        return math.inf
     sizes = [max(float(np.std(record.values)), 1e-12) for record in found.records]
     parts = [
         float(np.mean(np.minimum((residuals / size) ** 2, 1e6)))

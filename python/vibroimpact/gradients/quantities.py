@@ -74,7 +74,10 @@ class Rows:
 
 
 class End:
-    """The state at the end of a run: ``state``, ``time``, and the coordinates by name."""
+    """The state at the end of a run: ``state``, ``time``, and the coordinates by name.
+
+    Of a structure also ``q`` and ``v``.
+    """
 
     def __init__(self, coordinates: Sequence[str], state: Dual, time: Dual) -> None:
         self.state = state
@@ -85,6 +88,9 @@ class End:
         """Return a coordinate."""
         if name in self._coordinates:
             return self.state.ravel()[self._coordinates.index(name)]
+        if name in ("q", "v") and f"{name}_0" in self._coordinates:
+            half = len(self._coordinates) // 2
+            return self.state.ravel()[:half] if name == "q" else self.state.ravel()[half:]
         allowed = f"allowed: state, time, {', '.join(self._coordinates)}"
         raise AttributeError(f"{name} has no derivatives; {allowed}")
 
