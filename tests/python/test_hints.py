@@ -11,6 +11,7 @@ from small_results import branch, motion
 from two_masses import structure
 from vibroimpact import hints
 from vibroimpact.cli import main
+from vibroimpact.restitution import MEANINGS
 from vibroimpact.sweeps.machines import machine_of
 from vibroimpact.system import SYMBOLS
 
@@ -188,9 +189,16 @@ def test_other_names_lead_to_arguments_that_exist():
         )
         for name in inspect.signature(call).parameters
     }
-    taken |= {*machine_of(structure()).coordinates}
+    taken |= {*machine_of(structure()).coordinates, *MEANINGS}
     for names in hints._OTHER_NAMES.values():
         assert set(names) <= taken
+
+
+def test_the_restitution_of_a_curve_has_numbers():
+    table = vi.RestitutionTable([0.1, 1], [0.9, 0.5])
+    run = vi.simulate(SYSTEM.replace(restitution=table), initial=START, periods=2)
+    with pytest.raises(vi.ParameterError, match="did you mean r_0?"):
+        run.sensitivity("restitution")
 
 
 @pytest.mark.parametrize(
