@@ -197,7 +197,7 @@ def test_other_names_lead_to_arguments_that_exist():
 def test_the_restitution_of_a_curve_has_numbers():
     table = vi.RestitutionTable([0.1, 1], [0.9, 0.5])
     run = vi.simulate(SYSTEM.replace(restitution=table), initial=START, periods=2)
-    with pytest.raises(vi.ParameterError, match="did you mean r_0?"):
+    with pytest.raises(vi.ParameterError, match=r"did you mean r_0\?"):
         run.sensitivity("restitution")
 
 
