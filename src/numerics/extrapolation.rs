@@ -21,28 +21,27 @@ pub(crate) fn at_zero<T: Number, const N: usize>(
     table[0]
 }
 
-/// As [`at_zero`] where the values have no slope at u = 0: the polynomials with p'(0) = 0, one degree
-/// higher. With P and Q through the points (u_i, y_i/u_i) and (u_i, 1/u_i) they are P(0)/Q(0), and Q(0) =
-/// sum of 1/u_i.
-pub(crate) fn at_level_zero<T: Number, const N: usize>(
-    nodes: &[T],
-    mut values: impl AsMut<[[T; N]]>,
-) -> [T; N] {
+/// What each of several values counts at u = 0 where they have no slope there: with the polynomial p, p'(0) =
+/// 0, through the points (u_i, y_i), nearest first, p(0) = y_0 + sum of w_i (y_i - y_0). With P and Q through
+/// the points (u_i, y_i/u_i) and (u_i, 1/u_i) it is P(0)/Q(0), and Q(0) = sum of 1/u_i.
+pub(crate) fn level_weights<T: Number, const N: usize>(nodes: &[T]) -> [T; N] {
     let one = T::constant(1.0);
-    let nearest = values.as_mut()[0];
-    let mut per_node = T::constant(0.0);
-    for (&node, values) in nodes.iter().zip(values.as_mut()) {
-        let each = one / node;
-        per_node = per_node + each;
-        *values = std::array::from_fn(|c| (values[c] - nearest[c]) * each);
+    let mut weights = [T::constant(0.0); N];
+    let mut sum = weights[0];
+    for (i, (weight, &node)) in weights.iter_mut().zip(nodes).enumerate() {
+        let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
+        let (above, below) = others.fold((one, node), |(above, below), (_, &other)| {
+            (above * other, below * (other - node))
+        });
+        *weight = above / below;
+        sum = sum + one / node;
     }
-    let above = at_zero(nodes, values);
-    std::array::from_fn(|c| nearest[c] + above[c] / per_node)
+    weights.map(|weight| weight / sum)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{at_level_zero, at_zero};
+    use super::{at_zero, level_weights};
 
     #[test]
     fn a_cubic_through_four_points_is_extrapolated_exactly() {
@@ -54,8 +53,10 @@ mod tests {
     #[test]
     fn so_is_a_level_one_through_three() {
         let nodes = [0.5, 1.0, 2.0];
-        let values = nodes.map(|u: f64| [3.0 + u * u * (2.0 - u), u * u]);
-        assert_eq!(at_level_zero(&nodes, values), [3.0, 0.0]);
-        assert_eq!(at_level_zero(&nodes[..1], values), values[0]);
+        let values = nodes.map(|u: f64| 3.0 + u * u * (2.0 - u));
+        let weights: [f64; 3] = level_weights(&nodes);
+        let above: f64 = (1..3).map(|i| weights[i] * (values[i] - values[0])).sum();
+        assert!((values[0] + above - 3.0).abs() < 1e-15, "{above}");
+        assert_eq!(level_weights::<f64, 1>(&nodes[..1]), [1.0]);
     }
 }

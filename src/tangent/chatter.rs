@@ -18,7 +18,7 @@ use crate::model::state::{Clock, State};
 use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
-use crate::numerics::extrapolation::at_level_zero;
+use crate::numerics::extrapolation::level_weights;
 use crate::search::Start;
 use crate::tangent::itinerary::Signs;
 use crate::tangent::tolerances::{
@@ -62,9 +62,16 @@ pub(super) struct Limit<E> {
 impl<const N: usize> Limit<End<N>> {
     /// From u and what it tells of each bounce, the newest first; `noise`: rounding of the derivatives.
     pub fn new(nodes: &[Dual<N>], ends: &[End<N>], noise: f64) -> Self {
-        type Ends<const N: usize> = SmallVec<[End<N>; MOST_EXTRAPOLATED]>;
-        let through =
-            |count: usize| at_level_zero(&nodes[..count], Ends::<N>::from_slice(&ends[..count]));
+        let through = |count: usize| {
+            let weights: [_; MOST_EXTRAPOLATED] = level_weights(&nodes[..count]);
+            let mut end = ends[0];
+            for (weight, other) in weights.iter().zip(ends).take(count).skip(1) {
+                for ((sum, y), nearest) in end.iter_mut().zip(other).zip(&ends[0]) {
+                    *sum = *sum + *weight * (*y - *nearest);
+                }
+            }
+            end
+        };
         let end = through(nodes.len());
         if let [only] = nodes {
             // The order of what is left out, and of its derivatives.

@@ -5,11 +5,13 @@
 //! They have the same paths, so the sums of impulses are the same, and states later on differ by O(u T).
 //! So the derivatives of the motion that is closed at once, which has no bounces any more, are those of
 //! the limit but for O(u), times the derivative of u: the lower the impact, the nearer. In such a motion the
-//! rounding of an instant of impact, EPS/u, moves nothing but this instant.
+//! rounding of an instant of impact, EPS/u, moves nothing but this instant. What the impacts of one formula
+//! become in it is a smooth function of u without a slope at u = 0, and is extrapolated to there as in
+//! tangent/chatter.rs: so few impacts are enough, at a small r those that there are.
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, RowDVector};
+use nalgebra::RowDVector;
 use smallvec::smallvec;
 
 use super::StructureTangentError;
@@ -17,14 +19,14 @@ use super::equation::Held;
 use super::forced::Steppers;
 use super::perturbed::Perturbed;
 use super::rates::Linearised;
-use super::samples::{Limit, Sample, Samples};
+use super::samples::{Closed, Limit, Sample, Samples};
 use crate::model::structure::Structure;
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::structure::{
     StopChatterEvent, StopStart, StructureEvent, StructureMode, Touching,
 };
 use crate::simulate::{Anchor, AnchorOf, Model, Phase};
-use crate::tangent::tolerances::{CONVERGED_SLOPES, MOST_BOUNCES, SAME_SLOPES, STILL_FLIGHT};
+use crate::tangent::tolerances::{CONVERGED_SLOPES, MOST_BOUNCES, STILL_FLIGHT};
 
 /// Where bounces end, and the leg that begins there.
 struct Rest {
@@ -35,9 +37,8 @@ struct Rest {
 }
 
 impl Rest {
-    /// Perturbations at the end from those after an impact, if contact begins there at once, and the
-    /// time between, as part of a local flight.
-    fn closed(&self, sample: &Sample) -> Option<(DMatrix<f64>, f64)> {
+    /// What becomes of an impact if contact begins there at once.
+    fn closed(&self, sample: &Sample) -> Closed {
         let mut leg = AnchorOf::<Structure> {
             clock: sample.clock,
             state: sample.state.clone(),
@@ -48,13 +49,11 @@ impl Rest {
             let at = (leg.clock, &mut leg.state);
             self.of.close(held, at, &mut columns, &sample.delay);
         }
-        let mut there = Perturbed::new(Arc::clone(&self.of), leg.clock, columns);
-        there.steppers = Arc::clone(&self.steppers);
-        there.delay = Some(sample.delay.clone());
-        there.settle(&leg);
-        there.fly(&leg, self.leg.clock).ok()?;
+        let (state, columns) =
+            self.steppers.ahead(&self.of, &leg, (&columns, &sample.delay), self.leg.clock);
         let time = self.of.drive().until(sample.clock, self.leg.clock).value();
-        Some((there.columns, time.max(0.0) / Structure::span(&self.of.motion)))
+        let part = time.max(0.0) / Structure::span(&self.of.motion);
+        Closed { state, columns, part }
     }
 }
 
@@ -125,7 +124,7 @@ impl Perturbed {
         if let Some(limit) = self.samples.limit(|sample| rest.closed(sample)) {
             *best = Some(Limit::better(best.take(), limit));
         }
-        best.as_ref().is_some_and(|best| best.error <= SAME_SLOPES)
+        best.as_ref().is_some_and(Limit::is_known)
     }
 
     /// Stops close without an event before: after a plastic impact, or bounces whose last ones are lost

@@ -15,6 +15,8 @@
 //! is left is a short Taylor series. In flight, what the derivatives are at the start moves as
 //! perturbations do, beside this.
 
+mod ahead;
+
 use std::sync::{Arc, Mutex};
 
 use nalgebra::{DMatrix, DVector};
@@ -23,7 +25,6 @@ use smallvec::SmallVec;
 use super::equation::{Equation, Held};
 use super::modes::{Flown, ModalFlights};
 use super::rates::Linearised;
-use crate::flight::Trig;
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
@@ -371,7 +372,7 @@ impl Steppers {
         if !stepper.equation.is_closed() {
             return of.rates(leg, clock, state);
         }
-        let motion = in_modes(of, clock, state);
+        let motion = of.in_modes(clock, state);
         let mut rates = DVector::zeros(motion.len());
         stepper.rates(1.0, &motion, &mut rates);
         let count = state.q.len();
@@ -384,19 +385,6 @@ impl Steppers {
         }
         all
     }
-}
-
-/// z of a state.
-fn in_modes(of: &Linearised, clock: Clock, state: &StructureState) -> DVector<f64> {
-    let modes = of.structure.modes();
-    let count = modes.len();
-    let Trig { cos, sin } = of.drive().trig_at(clock);
-    let on = |x: &[f64], i: usize| modes[i].along_exactly(x).value();
-    DVector::from_fn(2 * count + 3, |i, _| match i {
-        i if i < count => on(&state.q, i),
-        i if i < 2 * count => on(&state.v, i - count),
-        i => [1.0, cos, sin][i - 2 * count],
-    })
 }
 
 impl Stepper {
@@ -446,24 +434,14 @@ impl Stepper {
         leg: &AnchorOf<Structure>,
         (from, start): (Clock, Option<&DMatrix<f64>>),
     ) -> Moving {
-        let modes = of.structure.modes();
-        let count = modes.len();
-        let motion = in_modes(of, from, &of.state_at(leg, from));
+        let count = of.structure.coordinates();
+        let motion = of.in_modes(from, &of.state_at(leg, from));
         let (cos, sin) = (motion[2 * count + 1], motion[2 * count + 2]);
         let columns = self.order.iter().map(|&at| {
             let turn = of.by[at].turn(from.time_in_period);
-            let mut column = DVector::zeros(2 * count + 3);
-            if let Some(start) = start {
-                let start = start.column(at);
-                for (i, mode) in modes.iter().enumerate() {
-                    for (k, row) in mode.row.iter().enumerate() {
-                        column[i] += row.hi * start[k];
-                        column[count + i] += row.hi * start[count + k];
-                    }
-                }
-            }
-            (column[2 * count + 1], column[2 * count + 2]) = (-sin * turn, cos * turn);
-            column
+            let start = start.map(|start| start.column(at));
+            let start = start.as_ref().map_or(&[][..], |start| start.as_slice());
+            of.column_in_modes(start, [-sin * turn, cos * turn])
         });
         let none = DVector::zeros(2 * count + 3);
         let mut moving = Moving { columns: columns.collect(), motion, change: none };
@@ -480,16 +458,9 @@ impl Stepper {
 
     /// Derivatives of q and q'.
     fn in_coordinates(&self, of: &Linearised, moving: &Moving) -> DMatrix<f64> {
-        let modes = of.structure.modes();
-        let count = modes.len();
-        let mut all = DMatrix::zeros(2 * count, of.by.len());
+        let mut all = DMatrix::zeros(2 * of.structure.coordinates(), of.by.len());
         for (column, &at) in moving.columns.iter().zip(&self.order) {
-            for (i, mode) in modes.iter().enumerate() {
-                for (k, shape) in mode.shape.iter().enumerate() {
-                    all[(k, at)] += shape * column[i];
-                    all[(count + k, at)] += shape * column[count + i];
-                }
-            }
+            of.out_of_modes(column, all.column_mut(at).as_mut_slice());
         }
         all
     }

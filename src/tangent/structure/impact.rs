@@ -5,6 +5,7 @@ use smallvec::SmallVec;
 
 use super::equation::Held;
 use super::rates::Linearised;
+use super::samples::Formula;
 use crate::impact::{PathEnd, Regime, RegimeKind, StopImpact};
 use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::ImpactLaw;
@@ -368,6 +369,15 @@ impl Linearised {
             _ => coupling.abs() + contact.grip().value,
         };
         met.borders().iter().any(|at| at.value.abs() <= AT_BORDER * size(at.border))
+    }
+
+    /// What impacts with one formula have in common. Slip is that before: after one in which it stops it
+    /// is rounding.
+    pub fn formula(&self, event: &StopImpactEvent) -> Formula {
+        let impact = &event.impact;
+        let slip = self.structure.slip(impact.stop, &event.pre.v);
+        let coefficient = self.structure.stops()[impact.stop].coefficient();
+        (impact.regime.kind(), slip > 0.0, coefficient.piece(impact.approach_velocity))
     }
 
     /// Whether an impact lies at a knot of the restitution curve, to rounding.

@@ -432,6 +432,7 @@ impl Perturbed {
         let stop = event.impact.stop;
         let new = Sample {
             stop,
+            formula: self.of.formula(event),
             approach: event.impact.approach_velocity,
             separation: -event.impact.separation_velocity,
             change: -self.of.rate_change(stop, event.clock, &self.columns, delay),
@@ -439,6 +440,7 @@ impl Perturbed {
             delay: delay.clone(),
             state: event.post.clone(),
             events: self.columns.clone(),
+            closed: None,
         };
         self.samples.take(new, self.low.is_some());
     }

@@ -160,6 +160,51 @@ impl Linearised {
     }
 }
 
+/// The coordinates of forced.rs.
+impl Linearised {
+    /// z of a state.
+    pub(super) fn in_modes(&self, clock: Clock, state: &StructureState) -> DVector<f64> {
+        let modes = self.structure.modes();
+        let count = modes.len();
+        let Trig { cos, sin } = self.drive().trig_at(clock);
+        let on = |x: &[f64], i: usize| modes[i].along_exactly(x).value();
+        DVector::from_fn(2 * count + 3, |i, _| match i {
+            i if i < count => on(&state.q, i),
+            i if i < 2 * count => on(&state.v, i - count),
+            i => [1.0, cos, sin][i - 2 * count],
+        })
+    }
+
+    /// dz of dq and dq', none of them for 0, and of what the drive turns by.
+    pub(super) fn column_in_modes(&self, start: &[f64], [cos, sin]: [f64; 2]) -> DVector<f64> {
+        let modes = self.structure.modes();
+        let count = modes.len();
+        let mut column = DVector::zeros(2 * count + 3);
+        let (places, rates) = start.split_at(start.len() / 2);
+        for (i, mode) in modes.iter().enumerate() {
+            for ((row, place), rate) in mode.row.iter().zip(places).zip(rates) {
+                column[i] += row.hi * place;
+                column[count + i] += row.hi * rate;
+            }
+        }
+        (column[2 * count + 1], column[2 * count + 2]) = (cos, sin);
+        column
+    }
+
+    /// q and q' of z, or their derivatives of dz, added to these.
+    pub(super) fn out_of_modes(&self, z: &DVector<f64>, to: &mut [f64]) {
+        let modes = self.structure.modes();
+        let count = modes.len();
+        let (places, rates) = to.split_at_mut(count);
+        for (i, mode) in modes.iter().enumerate() {
+            for ((shape, place), rate) in mode.shape.iter().zip(&mut *places).zip(&mut *rates) {
+                *place += shape * z[i];
+                *rate += shape * z[count + i];
+            }
+        }
+    }
+}
+
 /// q'' without forces of stops, -phi W^2 (M phi)^T q - phi C (M phi)^T q' and loads: N numbers by each of
 /// q, q', 1, cos psi, sin psi.
 fn free_acceleration(structure: &Structure) -> Vec<f64> {

@@ -1,17 +1,22 @@
 //! What the impacts of a sequence leave behind, with its perturbations, and what becomes of those.
 
-use nalgebra::{DMatrix, RowDVector};
+use nalgebra::{DMatrix, DVector, RowDVector};
+use smallvec::SmallVec;
 
 use crate::contact::tolerances::CHATTER_SPACING;
+use crate::impact::RegimeKind;
 use crate::model::state::Clock;
 use crate::model::structure::{StructureState, largest_number};
 use crate::numerics::EPS;
-use crate::tangent::tolerances::{MOST_CLOSED, SAME_SLOPES};
+use crate::numerics::dual::Dual;
+use crate::numerics::extrapolation::level_weights;
+use crate::tangent::tolerances::{MOST_CLOSED, MOST_EXTRAPOLATED, SAME_SLOPES};
 
 /// What an impact leaves behind, with its perturbations.
 #[derive(Debug, Clone)]
 pub(super) struct Sample {
     pub stop: usize,
+    pub formula: Formula,
     /// u before; -u after it, and the change of that.
     pub approach: f64,
     pub separation: f64,
@@ -20,6 +25,22 @@ pub(super) struct Sample {
     pub delay: RowDVector<f64>,
     pub state: StructureState,
     pub events: DMatrix<f64>,
+    /// What becomes of it, once that has been asked.
+    pub closed: Option<Closed>,
+}
+
+/// What impacts are alike in: regime, direction of slip, and piece of the restitution curve. Only with one
+/// formula for each is what they leave behind a smooth function of u.
+pub(super) type Formula = (RegimeKind, bool, usize);
+
+/// The state, with its perturbations, at a fixed time in the leg that begins where the bounces end, if
+/// contact begins at once after an impact.
+#[derive(Debug, Clone)]
+pub(super) struct Closed {
+    pub state: DVector<f64>,
+    pub columns: DMatrix<f64>,
+    /// How long the bounces last, as part of a local flight.
+    pub part: f64,
 }
 
 /// Impacts at one stop that may belong to one chatter, in their order, with u at most
@@ -48,24 +69,69 @@ impl Limit {
         }
     }
 
-    /// A newer one, which is better, with their difference for its error.
-    fn checks(&self, newer: Self) -> Self {
-        let off = newer.columns.iter().zip(self.columns.iter());
+    /// This one, with its difference from that of one sample less for its error.
+    fn checked_by(self, fewer: Option<&DMatrix<f64>>) -> Self {
+        let Some(fewer) = fewer else { return self };
+        let off = self.columns.iter().zip(fewer.iter());
         let off = off.map(|(x, other)| (x - other).abs() / (1.0 + x.abs())).fold(0.0, f64::max);
-        Self { error: newer.error.min(off), ..newer }
+        Self { error: self.error.min(off), ..self }
+    }
+
+    /// Whether it is known as well as is needed.
+    pub fn is_known(&self) -> bool {
+        self.error <= SAME_SLOPES
     }
 }
 
 impl Sample {
-    /// Bound of the error if the bounces after it close the contact at once. What they do is left out to
-    /// second order in the time that they last, as part of a local flight, which has a derivative; and
-    /// the delay has the rounding of the gap over the velocity at which it is met.
-    fn bound(&self, part: f64) -> f64 {
+    /// Its numbers are no larger.
+    fn size(&self) -> f64 {
         let StructureState { q, v } = &self.state;
-        let size = largest_number(q).max(largest_number(v)).max(1.0);
-        let changes = if part > 0.0 { self.change.amax() / self.separation } else { 0.0 };
-        size * (EPS / self.approach).max(part * part * (1.0 + changes))
+        largest_number(q).max(largest_number(v)).max(1.0)
     }
+
+    /// Rounding of its delay: that of the gap over the velocity at which it is met.
+    fn noise(&self) -> f64 {
+        self.size() * EPS / self.approach
+    }
+
+    /// Bound of the error if the bounces after it close the contact at once. What they do is left out to
+    /// second order in the time that they last, as part of a local flight, which has a derivative.
+    fn bound(&self, part: f64) -> f64 {
+        let changes = if part > 0.0 { self.change.amax() / self.separation } else { 0.0 };
+        self.noise().max(self.size() * part * part * (1.0 + changes))
+    }
+}
+
+/// Whether slip reverses in each: then the slip that is left falls by another factor than u, and nothing
+/// is extrapolated.
+fn reverses((kind, ..): Formula) -> bool {
+    matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution)
+}
+
+/// Some of them, with what becomes of each, the newest first.
+type Newest<'a> = SmallVec<[(&'a Sample, &'a Closed); MOST_EXTRAPOLATED]>;
+
+/// What becomes of some samples at u = 0.
+fn extrapolated(newest: &Newest) -> DMatrix<f64> {
+    let (last, rest) = (newest[0].1, &newest[1..]);
+    let mut columns = last.columns.clone();
+    for c in 0..columns.ncols() {
+        let mut nodes = [Dual::<1> { value: 0.0, slope: [0.0] }; MOST_EXTRAPOLATED];
+        for (node, (sample, _)) in nodes.iter_mut().zip(newest) {
+            *node = Dual { value: sample.separation, slope: [sample.change[c]] };
+        }
+        let weights: [_; MOST_EXTRAPOLATED] = level_weights(&nodes[..newest.len()]);
+        for (weight, (_, closed)) in weights[1..].iter().zip(rest) {
+            let values = closed.state.iter().zip(&last.state);
+            let slopes = closed.columns.column(c).into_iter().zip(last.columns.column(c));
+            let sums = columns.column_mut(c).into_iter();
+            for ((sum, (y, nearest)), (dy, d_nearest)) in sums.zip(values).zip(slopes) {
+                *sum += weight.value * (dy - d_nearest) + weight.slope[0] * (y - nearest);
+            }
+        }
+    }
+    columns
 }
 
 impl Samples {
@@ -92,6 +158,7 @@ impl Samples {
             sample.change = &sample.change * by;
             sample.delay = &sample.delay * by;
             sample.events = &sample.events * by;
+            sample.closed = None;
         }
     }
 
@@ -117,30 +184,53 @@ impl Samples {
         !self.low && !self.all.is_empty()
     }
 
-    /// What becomes of the one with which the error is least, if the bounces after it close the contact
-    /// at once: the difference from what becomes of the one before, or its bound. Of those that have
-    /// not been told. `closed` says that, and how long the bounces last, as part of a local flight.
-    pub fn limit(
-        &mut self,
-        closed: impl Fn(&Sample) -> Option<(DMatrix<f64>, f64)>,
-    ) -> Option<Limit> {
-        let first = self.told.saturating_sub(1);
+    /// What becomes of them where u = 0, from so many of them with which the error is least: the difference
+    /// from what one less says, or its bound. The newest of them is the last one that has no more rounding
+    /// than is asked for, or one after it; of those that have not been told.
+    pub fn limit(&mut self, closed: impl Fn(&Sample) -> Closed) -> Option<Limit> {
+        let clear = self.all.iter().rposition(|sample| sample.noise() <= SAME_SLOPES);
+        let first_end = clear.map_or(0, |last| last + 1).max(self.told + 1);
         self.told = self.all.len();
-        let (mut best, mut newer) = (None, None);
-        for sample in self.all[first..].iter().rev() {
-            let (columns, part) = closed(sample)?;
-            let this = Limit { columns, error: sample.bound(part) };
-            if let Some(newer) = newer.take() {
-                best = Some(Limit::better(best, this.checks(newer)));
-                if best.as_ref().is_some_and(|best| best.error <= SAME_SLOPES) {
-                    return best;
-                }
+        let mut best: Option<Limit> = None;
+        for end in first_end..=self.all.len() {
+            if let Some(limit) = self.limit_before(end, &closed) {
+                best = Some(Limit::better(best, limit));
             }
-            newer = Some(this);
+            if best.as_ref().is_some_and(Limit::is_known) {
+                break;
+            }
         }
-        match newer {
-            Some(oldest) => Some(Limit::better(best, oldest)),
-            None => best,
+        best
+    }
+
+    /// The same from those just before this one.
+    fn limit_before(&mut self, end: usize, closed: impl Fn(&Sample) -> Closed) -> Option<Limit> {
+        let Sample { formula, .. } = self.all[end - 1];
+        let reverses = reverses(formula);
+        let most = if reverses { 2 } else { MOST_EXTRAPOLATED };
+        let (mut best, mut fewer): (_, Option<DMatrix<f64>>) = (None, None);
+        for first in (end.saturating_sub(most)..end).rev() {
+            let sample = &mut self.all[first];
+            if sample.formula != formula {
+                break;
+            }
+            sample.closed = Some(sample.closed.take().unwrap_or_else(|| closed(sample)));
+            let of = self.all[first..end].iter().rev();
+            let of: Newest = of.filter_map(|s| Some((s, s.closed.as_ref()?))).collect();
+            let (last, its) = *of.first()?;
+            let (columns, other) = if reverses {
+                (its.columns.clone(), of.get(1).map(|(_, older)| older.columns.clone()))
+            } else {
+                (extrapolated(&of), fewer)
+            };
+            fewer = Some(columns.clone());
+            let limit = Limit { columns, error: last.bound(its.part) }.checked_by(other.as_ref());
+            let known = limit.is_known();
+            best = Some(Limit::better(best, limit));
+            if known {
+                break;
+            }
         }
+        best
     }
 }
