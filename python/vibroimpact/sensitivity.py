@@ -18,7 +18,7 @@ from .arguments import reject, times_of
 from .errors import Interrupted
 from .interruption import interruptible
 from .run_parts import read_only
-from .showing import Facts, Shown
+from .showing import Facts, Shown, counted
 
 
 class ImpactSensitivity(NamedTuple):
@@ -263,7 +263,7 @@ class Sensitivity(Shown):
         """Say what it is of."""
         impacts, sections = len(self.impacts.time), len(self.stroboscopic)
         return (
-            f"<Sensitivity of {impacts} impacts and {sections} sections "
+            f"<Sensitivity of {counted(impacts, 'impact')} and {counted(sections, 'section')} "
             f"by {', '.join(self._names)}>"
         )
 

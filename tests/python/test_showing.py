@@ -153,6 +153,7 @@ def test_every_public_result_is_shown():
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_notebook_view_is_well_formed_and_holds_all_it_needs(name):
     result = RESULTS[name]
+    before = pyplot.get_fignums()
     text = result._repr_html_()
     page = Page(text)
     assert not {tag for tag, _ in page.tags} - {
@@ -173,7 +174,7 @@ def test_a_notebook_view_is_well_formed_and_holds_all_it_needs(name):
     for key, fact in [*result._facts().items()][:24]:
         assert key in page.words
         assert str(fact) in "".join(page.words)
-    assert not pyplot.get_fignums()
+    assert pyplot.get_fignums() == before
 
 
 def test_words_are_escaped():
