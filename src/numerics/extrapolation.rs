@@ -27,21 +27,35 @@ pub(crate) fn at_zero<T: Number, const N: usize>(
 pub(crate) fn level_weights<T: Number, const N: usize>(nodes: &[T]) -> [T; N] {
     let one = T::constant(1.0);
     let mut weights = [T::constant(0.0); N];
-    let mut sum = weights[0];
+    let sum = nodes.iter().fold(weights[0], |sum, &node| sum + one / node);
+    let above = nodes.iter().fold(one, |above, &node| above * node) / sum;
     for (i, (weight, &node)) in weights.iter_mut().zip(nodes).enumerate() {
-        let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
-        let (above, below) = others.fold((one, node), |(above, below), (_, &other)| {
-            (above * other, below * (other - node))
-        });
-        *weight = above / below;
-        sum = sum + one / node;
+        let apart =
+            |below, (j, &other): (usize, &T)| if j == i { below } else { below * (other - node) };
+        *weight = above / nodes.iter().enumerate().fold(node * node, apart);
     }
-    weights.map(|weight| weight / sum)
+    weights
+}
+
+/// The same without the farthest of the nodes: each is multiplied with u_far - u_i, and their sum is 1.
+pub(crate) fn without_farthest<T: Number, const N: usize>(
+    nodes: &[T],
+    mut weights: [T; N],
+) -> [T; N] {
+    let Some((&farthest, nearer)) = nodes.split_last() else { return weights };
+    let mut sum = T::constant(0.0);
+    for (weight, &node) in weights.iter_mut().zip(nearer) {
+        *weight = *weight * (farthest - node);
+        sum = sum + *weight;
+    }
+    let per_sum = T::constant(1.0) / sum;
+    weights.iter_mut().take(nearer.len()).for_each(|weight| *weight = *weight * per_sum);
+    weights
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{at_zero, level_weights};
+    use super::{at_zero, level_weights, without_farthest};
 
     #[test]
     fn a_cubic_through_four_points_is_extrapolated_exactly() {
@@ -58,5 +72,8 @@ mod tests {
         let above: f64 = (1..3).map(|i| weights[i] * (values[i] - values[0])).sum();
         assert!((values[0] + above - 3.0).abs() < 1e-15, "{above}");
         assert_eq!(level_weights::<f64, 1>(&nodes[..1]), [1.0]);
+        let [a, b, _] = without_farthest(&nodes, weights);
+        let [nearer, farther] = level_weights(&nodes[..2]);
+        assert!((a - nearer).abs() < 1e-15 && (b - farther).abs() < 1e-15, "{a} {b}");
     }
 }

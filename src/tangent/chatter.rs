@@ -18,7 +18,7 @@ use crate::model::state::{Clock, State};
 use crate::numerics::EPS;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::Number;
-use crate::numerics::extrapolation::level_weights;
+use crate::numerics::extrapolation::{level_weights, without_farthest};
 use crate::search::Start;
 use crate::tangent::itinerary::Signs;
 use crate::tangent::tolerances::{
@@ -62,24 +62,27 @@ pub(super) struct Limit<E> {
 impl<const N: usize> Limit<End<N>> {
     /// From u and what it tells of each bounce, the newest first; `noise`: rounding of the derivatives.
     pub fn new(nodes: &[Dual<N>], ends: &[End<N>], noise: f64) -> Self {
-        let through = |count: usize| {
-            let weights: [_; MOST_EXTRAPOLATED] = level_weights(&nodes[..count]);
-            let mut end = ends[0];
+        let count = nodes.len();
+        let weights: [_; MOST_EXTRAPOLATED] = level_weights(nodes);
+        let weighted = |weights: [Dual<N>; MOST_EXTRAPOLATED], count: usize| {
+            // In their sum small parts must not be rounded as the end is.
+            let mut parts = [Dual::constant(0.0); 3];
             for (weight, other) in weights.iter().zip(ends).take(count).skip(1) {
-                for ((sum, y), nearest) in end.iter_mut().zip(other).zip(&ends[0]) {
+                for ((sum, y), nearest) in parts.iter_mut().zip(other).zip(&ends[0]) {
                     *sum = *sum + *weight * (*y - *nearest);
                 }
             }
-            end
+            std::array::from_fn(|i| ends[0][i] + parts[i])
         };
-        let end = through(nodes.len());
+        let end: End<N> = weighted(weights, count);
         if let [only] = nodes {
             // The order of what is left out, and of its derivatives.
             let u = only.value;
             return Self { end, off: u * u, slopes_off: u.max(noise) };
         }
         let (mut off, mut slopes_off) = (0.0f64, noise);
-        for (a, b) in end.iter().zip(&through(nodes.len() - 1)) {
+        let fewer: End<N> = weighted(without_farthest(nodes, weights), count - 1);
+        for (a, b) in end.iter().zip(&fewer) {
             off = off.max((a.value - b.value).abs());
             for (a, b) in a.slope.iter().zip(&b.slope) {
                 slopes_off = slopes_off.max((a - b).abs() / (1.0 + a.abs()));

@@ -73,8 +73,12 @@ impl Limit {
     fn checked_by(self, fewer: Option<&DMatrix<f64>>) -> Self {
         let Some(fewer) = fewer else { return self };
         let off = self.columns.iter().zip(fewer.iter());
-        let off = off.map(|(x, other)| (x - other).abs() / (1.0 + x.abs())).fold(0.0, f64::max);
-        Self { error: self.error.min(off), ..self }
+        let off = off.map(|(x, other)| (x - other).abs() / (1.0 + x.abs()));
+        // Not a number where the last u are below counting.
+        let off = off
+            .fold(0.0, |most: f64, off| if off.is_nan() { f64::INFINITY } else { most.max(off) });
+        let error = if off.is_finite() { self.error.min(off) } else { off };
+        Self { error, ..self }
     }
 
     /// Whether it is known as well as is needed.
