@@ -33,7 +33,7 @@ SITE_TOOLS := $(VENV)/.site-tools
 RUST := $(shell find src -name '*.rs' -o -type d) Cargo.toml Cargo.lock
 
 .PHONY: help figures claims gallery errata schematic words pictures notebook animation test reference lint bench instructions instructions-update stress docs ci audit clean
-.PHONY: tools environment lint-rust lint-python test-browser quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
+.PHONY: tools lint-rust lint-python test-browser quick quick-update thorough wheel wheel-test audit-deps fuzz fuzz-python
 
 help:
 	@echo 'make figures  draw the figures of the paper and write the table of claims into $(OUT)/'
@@ -112,26 +112,22 @@ IN_PARALLEL ?= -n auto --dist worksteal
 # Or each of the interpreters that tests start would compile the package anew.
 test quick quick-update: export PYTHONDONTWRITEBYTECODE :=
 
-# The tests in Rust are built and run in the background, while the environment is built and while those
-# in Python run, which wait much of their time (for browsers, other processes and disks). What they
-# found follows at the end: all of it if one failed.
+test: | rust-tests-begun $(INSTALLED)
+	@waits=0; while kill -0 "$$(cat $(RUST_TESTS).pid)" 2>/dev/null; do \
+		sleep 0.2; waits=$$((waits + 1)); \
+		test $$((waits % 50)) -ne 0 || { echo -n "Rust tests, after $$((waits / 5)) s: "; \
+			tail -n 1 $(RUST_TESTS).log | cut -c -60; }; \
+	done
+	@cat $(RUST_TESTS).log && test -e $(RUST_TESTS).passed
+	$(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST)
+
+# The tests in Rust are built and run while the environment is built, which is mostly waiting for pip
+# and for the linker of the extension. Their output follows when both are done.
 RUST_TESTS := target/rust-tests
 .PHONY: rust-tests-begun
-
-test: | rust-tests-begun $(INSTALLED)
-	@failed=0; ( set -x; $(BIN)/python -m pytest $(IN_PARALLEL) $(PYTEST) ) || failed=$$?; \
-	rust=$$(cat $(RUST_TESTS).pid); \
-	while kill -0 "$$rust" 2>/dev/null; do sleep 0.2; done; \
-	if test -e $(RUST_TESTS).passed; then \
-		echo 'Rust tests:'; grep '^test result' $(RUST_TESTS).log; \
-	else \
-		cat $(RUST_TESTS).log; failed=1; \
-	fi; \
-	exit $$failed
-
 rust-tests-begun: | check-tools
 	@mkdir -p target && rm -f $(RUST_TESTS).passed
-	@echo 'Rust tests: built and run in the background, result at the end ($(RUST_TESTS).log)'
+	@echo 'Rust tests: built and run in the background, output follows ($(RUST_TESTS).log)'
 	@(cargo test --locked --lib --tests && cargo test --locked --doc && touch $(RUST_TESTS).passed) \
 		>$(RUST_TESTS).log 2>&1 & echo $$! >$(RUST_TESTS).pid
 
@@ -262,9 +258,6 @@ clean:
 	find python reproduction tests benches -name __pycache__ -type d -prune -exec rm -rf {} +
 
 tools: $(TOOLS)
-
-# All that lint, tests and the site need.
-environment: $(SITE_TOOLS)
 
 $(TOOLS): | check-tools
 	$(PYTHON) -m venv $(VENV)
