@@ -75,6 +75,7 @@ EXECUTED = (
     *("start", "tutorial", "special-systems", "cheat-sheet", "drawing", "basins", "orbits"),
     *("howto/machine", "howto/diagram", "howto/real-orbit", "howto/basins"),
     *("howto/structure", "howto/finite-elements", "howto/from-a-picture", "other-peoples-systems"),
+    *("fitting", "structures", "sweeps"),
 )
 sys.path.insert(0, str(Path(__file__).parent))
 nb_custom_formats = {f"docs/{page}.md": ["executed.read", {}] for page in EXECUTED}

@@ -59,6 +59,14 @@ def test_a_page_that_the_site_runs_has_code_that_is_tested(executed, page):
     assert path in test_docs.PAGES_WITH_BLOCKS
 
 
+@pytest.mark.parametrize("path", sorted(DOCS.rglob("*.md")), ids=lambda path: path.stem)
+def test_a_page_whose_code_draws_has_pictures(path):
+    name = path.relative_to(DOCS).with_suffix("").as_posix()
+    draws = any("vi.plot." in block or "pyplot" in block for block in test_docs.blocks(path))
+    has_pictures = name in executed_pages() or "![" in path.read_text(encoding="utf-8")
+    assert has_pictures or not draws
+
+
 def test_the_notebook_is_that_of_the_page(executed):
     page = (DOCS / "tutorial.md").read_text(encoding="utf-8")
     kept = (DOCS / "tutorial.ipynb").read_text(encoding="utf-8")
