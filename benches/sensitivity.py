@@ -9,8 +9,8 @@ when they are read: where a column says so they are, of the run, too. The first 
 on the run that a file brings back, too; reading it is not part of that. The bar is 1 per name.
 
 A run that keeps its last drive periods only is followed again while it is differentiated: one name
-and ten, in parts of that shorter run. One name alone costs more than the run, by what following it
-costs, and is shown beside the bar.
+and ten, in parts of that shorter run. Following it costs as much as making it did, so that the bar
+of one name alone is 2 there.
 Writes a table in Markdown and every round as JSON.
 """
 
@@ -34,6 +34,8 @@ from scenes import read_scenes
 
 OUT = Path(__file__).parent / "out"
 BAR = 1.0
+# Of one name of a run that has to be followed again.
+BAR_AGAIN = 2.0
 # Long enough that a call takes much longer than what Python does beside it.
 PERIODS = 2000
 
@@ -271,8 +273,8 @@ def main(arguments: list[str] | None = None) -> None:
         found = parts(scene, timings)
         shown = [f"{found[column]:.2f}" if column in found else "-" for column in columns]
         milliseconds = f"{1e3 * min(timings['run'].seconds):.3g}"
-        judged = [part for column, part in found.items() if column != ONE_KEPT]
-        verdict = "met" if max(judged) <= BAR else "missed"
+        bars = {column: BAR_AGAIN if column == ONE_KEPT else BAR for column in found}
+        verdict = "met" if all(part <= bars[column] for column, part in found.items()) else "missed"
         rows.append([scene.name, milliseconds, *shown, verdict])
         seconds = {what: list(timing.seconds) for what, timing in timings.items()}
         results.append({"name": scene.name, "parts": found, "seconds": seconds})
@@ -281,7 +283,7 @@ def main(arguments: list[str] | None = None) -> None:
         f"{title}\n\n{machine()}; load {load()} at the start. Least of {rounds} rounds, in parts "
         f"of the run; {periods} drive periods."
     )
-    head = ["run", "ms", *columns, f"bar {BAR:g}"]
+    head = ["run", "ms", *columns, f"bar {BAR:g}, {BAR_AGAIN:g} again"]
     text = "\n".join([opening, "", *table(head, rows)])
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "sensitivity.md").write_text(text + "\n", encoding="utf-8")

@@ -62,6 +62,10 @@ pub trait Observer<S = State> {
     const SECTIONS: bool;
     /// The state at the k-th stroboscopic section (k >= 1), after an impact at that instant.
     fn section(&mut self, k: i64, state: &S);
+    /// The first section that is wanted; states of those before it are not computed.
+    fn first_section(&self) -> i64 {
+        i64::MIN
+    }
     /// Whether an impact at this instant, which leaves `state`, is passed over:
     /// [`Simulation::advance`] then goes on to the next event, and its record is not made.
     fn skips(&mut self, _clock: Clock, _state: &S) -> bool {
@@ -115,6 +119,8 @@ pub struct Simulation<M: Model = System> {
     /// What the search found in the present local flight, once it has run.
     found: Option<Found<M::Touched>>,
     evaluations: u64,
+    /// Events that were passed over, because they repeat those before them.
+    repeated: u64,
     /// Looks for a motion that repeats, in runs.
     recurrence: Option<Recurrence<M::Bits>>,
 }
@@ -151,6 +157,7 @@ impl<M: Model> Simulation<M> {
             flight,
             found: None,
             evaluations: 0,
+            repeated: 0,
             recurrence: None,
         };
         simulation.enter_flight();
@@ -239,6 +246,11 @@ impl<M: Model> Simulation<M> {
     #[must_use]
     pub fn evaluations(&self) -> u64 {
         self.evaluations
+    }
+
+    /// Events that were not worked out, because they repeat those before them.
+    pub(crate) fn repeated(&self) -> u64 {
+        self.repeated
     }
 
     /// Impacts since t = 0.

@@ -5,7 +5,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays;
-use super::cancel::interruptible;
+use super::cancel::interruptible_if;
 use super::errors::{Crossing, Works};
 use super::simulate::{outside, run_methods};
 use super::trace::{Given, traced};
@@ -109,7 +109,8 @@ run_methods! { PyRun {
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, bool)> {
         let times = arrays::to_vec(&t);
         let width = if forces { 6 } else { 4 };
-        let (flat, interrupted) = interruptible(py, None, |cancel| {
+        let is_long = !self.0.is_soon_followed(times.len());
+        let (flat, interrupted) = interruptible_if(py, is_long, None, |cancel| {
             let mut flat = Vec::with_capacity(width * times.len());
             let done = self.0.follow(&times, cancel, |state, force| {
                 flat.extend(state.to_array());

@@ -6,13 +6,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arrays;
-use super::cancel::{interruptible, interruptible_if};
+use super::cancel::interruptible_if;
 use super::errors::failed;
 use super::run::PyRun;
 use super::structure::rows;
 use super::structure_run::PyStructureRun;
 use crate::model::state::State;
 use crate::model::structure::{StopVariation, StructureState, Variation};
+use crate::simulate::run::{Recorded, Run};
 use crate::tangent::{
     Along, OneSidedReason, Sensitivity, SensitivityError, SensitivityTable,
     structure_sensitivity as of_structure,
@@ -109,9 +110,21 @@ impl PySensitivity {
     }
 }
 
-/// Events, once for each name, that take a few milliseconds: then a thread of its own costs more than it
-/// gains.
-const MOST_AT_ONCE: usize = 1 << 14;
+/// Derivatives of a `System` at events that take some milliseconds. With fewer a thread of their own, which
+/// costs as much as some hundred of them, gains nothing: nobody would have looked for Ctrl-C before they
+/// are done.
+const MOST_AT_ONCE: u64 = 1 << 16;
+
+/// Whether the derivatives of a run by so many numbers take longer, where one of them at an event takes as
+/// long as so many of a `System`.
+fn is_long<M: Recorded>(run: &Run<M>, names: usize, each: usize) -> bool {
+    // Flights take long without events where the search for them does.
+    let events = run.followed_events().max(run.evaluations / 8);
+    let places = events.saturating_add(run.stroboscopic.len() as u64);
+    // Where events must be found, that takes as long as derivatives by two names.
+    let numbers = (names as u64 + 2).saturating_mul(each as u64);
+    places.saturating_mul(numbers) > MOST_AT_ONCE
+}
 
 /// Derivatives of a run from this start by the numbers of these names.
 #[pyfunction]
@@ -123,8 +136,7 @@ pub(super) fn sensitivity(
 ) -> PyResult<PySensitivity> {
     let [x1, v1, x2, v2] = initial;
     let initial = State { x1, v1, x2, v2 };
-    let numbers = run.0.events.len().saturating_mul(names.len());
-    let is_long = numbers > MOST_AT_ONCE || run.0.kept_from() > 0.0;
+    let is_long = is_long(&run.0, names.len(), 1);
     let (found, _) = interruptible_if(py, is_long, None, |cancel| {
         crate::tangent::sensitivity(&run.0, initial, &names, cancel)
     })?;
@@ -151,8 +163,10 @@ pub(super) fn structure_sensitivity(
         };
         along.push((name, variation));
     }
+    let each = (2 * structure.coordinates()).pow(2);
+    let is_long = is_long(&run.0, along.len(), each);
     let (found, _) =
-        interruptible(py, None, |cancel| of_structure(&run.0, initial, along, cancel))?;
+        interruptible_if(py, is_long, None, |cancel| of_structure(&run.0, initial, along, cancel))?;
     Ok(PySensitivity(found.of_any()))
 }
 

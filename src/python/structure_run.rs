@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::arrays::to_vec;
-use super::cancel::interruptible;
+use super::cancel::interruptible_if;
 use super::errors::{Crossing, Works};
 use super::simulate::{outside, run_methods};
 use super::structure::PyStructure;
@@ -197,7 +197,8 @@ run_methods! { PyStructureRun {
         t: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Bound<'py, PyArray3<f64>>, Bound<'py, PyArray3<f64>>, bool)> {
         let times = to_vec(&t);
-        let ((rows, forces), interrupted) = interruptible(py, None, |cancel| {
+        let is_long = !self.0.is_soon_followed(times.len());
+        let ((rows, forces), interrupted) = interruptible_if(py, is_long, None, |cancel| {
             let (mut rows, mut forces) = (Vec::new(), Vec::new());
             let done = self.0.follow(&times, cancel, |state, force| {
                 rows.push(state.clone());

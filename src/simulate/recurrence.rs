@@ -198,6 +198,7 @@ impl<M: Model> Simulation<M> {
         let shift = times * cycle.periods;
         self.point.impacts += times.unsigned_abs() * cycle.impacts;
         self.point.events += times.unsigned_abs() * cycle.events;
+        self.repeated += times.unsigned_abs() * cycle.events;
         self.point.anchor.clock.period += shift;
         self.flight.later_by(shift);
     }

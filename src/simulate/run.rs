@@ -185,6 +185,12 @@ impl<M: Recorded> Run<M> {
             .chatter_tolerance(self.options.chatter_tolerance)
     }
 
+    /// Events since t = 0 that were worked out, and of a run from a file all of those before its window.
+    #[cfg(feature = "python")]
+    pub(crate) fn followed_events(&self) -> u64 {
+        self.checkpoint.events.saturating_sub(self.trace.repeated)
+    }
+
     /// Whether the end lies among skipped impacts.
     pub(crate) fn skips_at_end(&self) -> bool {
         self.checkpoint.skips()

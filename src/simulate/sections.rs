@@ -22,6 +22,9 @@ impl<M: Model> Simulation<M> {
             return;
         }
         while let Some(at) = self.section_by(0, reached, inclusive) {
+            if self.passes_over_section(observer) {
+                continue;
+            }
             let state = state_at(self, at);
             self.pass_section(&state, observer);
         }
@@ -60,6 +63,14 @@ impl<M: Model> Simulation<M> {
         self.point.next_section += 1;
     }
 
+    /// Passes over the next section if it is not wanted.
+    #[inline(always)]
+    fn passes_over_section<O: Observer<M::State>>(&mut self, observer: &O) -> bool {
+        let is_early = self.point.next_section < observer.first_section();
+        self.point.next_section += i64::from(is_early);
+        is_early
+    }
+
     /// Hands over the sections within a flight: a single one by itself, which is the usual case,
     /// more of them together.
     #[inline(always)]
@@ -73,6 +84,9 @@ impl<M: Model> Simulation<M> {
             return;
         }
         while let Some(first) = self.section_by(0, reached, inclusive) {
+            if self.passes_over_section(observer) {
+                continue;
+            }
             match self.section_by(1, reached, inclusive) {
                 None => {
                     let state = M::state_within(&self.motion, &self.flight, first);

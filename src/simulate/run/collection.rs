@@ -222,7 +222,8 @@ impl<M: Recorded> Collection<M> {
         let end = self.end.unwrap_or_else(|| simulation.standstill());
         // A run that ends before its window has kept nothing: its window is its end.
         let window = if window > end.clock { end.clock } else { window };
-        let Kept { impacts, grazes, contacts, mut events, trace } = self.kept;
+        let Kept { impacts, grazes, contacts, mut events, mut trace } = self.kept;
+        trace.repeated = simulation.repeated();
         events.push(EventRecord {
             time: end.time,
             period: end.clock.period,

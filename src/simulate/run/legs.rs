@@ -5,6 +5,8 @@ use super::Run;
 pub use super::leg::{Kind, Leg};
 use super::recorded::Recorded;
 use crate::model::state::Clock;
+#[cfg(feature = "python")]
+use crate::model::state::ModelState as _;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::{EventKind, EventRecord};
 use crate::simulate::{AnchorOf, Phase};
@@ -13,6 +15,10 @@ use crate::simulate::{AnchorOf, Phase};
 pub(super) fn begins_leg(event: &EventRecord) -> bool {
     event.kind != EventKind::Graze as i64 && event.kind != EventKind::Stop as i64
 }
+
+/// Numbers of states in flight that are worked out within a few milliseconds.
+#[cfg(feature = "python")]
+const SOON_FOLLOWED: usize = 1 << 14;
 
 impl<M: Recorded> Run<M> {
     /// The legs of the kept window, in order; the first may begin before it.
@@ -61,6 +67,15 @@ impl<M: Recorded> Run<M> {
         let mut forces = Vec::with_capacity(times.len());
         self.follow(times, &CancelToken::never(), |_, force| forces.push(force))?;
         Some(forces)
+    }
+
+    /// Whether [`Self::follow`] surely takes a few milliseconds only, for so many times.
+    #[cfg(feature = "python")]
+    pub(crate) fn is_soon_followed(&self, times: usize) -> bool {
+        let begins_in_flight = matches!(self.window_anchor.phase, Phase::Flight(_));
+        let flies = begins_in_flight && self.contacts.is_empty() && !self.skips_at_end();
+        let components = self.final_state.state.to_vec().len();
+        flies && (times + self.events.len()).saturating_mul(components) <= SOON_FOLLOWED
     }
 
     /// Hands over state and force at one time after the other, until `cancel` ends it.

@@ -97,13 +97,15 @@ impl<M: Recorded> Run<M> {
     ) -> Result<Self, ParameterError> {
         self.check_rows()?;
         let Noted { copies, legs } = noted;
-        self.trace = Trace { residuals, copies, legs: None };
+        self.trace = Trace { residuals, copies, ..Trace::default() };
         if !self.is_traced() || !self.trace.residuals.iter().all(|rest| rest.is_finite()) {
             let value = format!("{} numbers", self.trace.residuals.len());
             let allowed = format!("a number for each of {} events", self.events.len());
             return Err(ParameterError::new("residuals", value, allowed));
         }
         self.check_copies()?;
+        let copied = |copies: &Copies| (copies.times * copies.events) as u64;
+        self.trace.repeated = self.trace.copies.iter().map(copied).sum();
         let Some(noted) = legs else { return Ok(self) };
         let mut legs: Vec<TracedLeg<M>> = Vec::with_capacity(noted.len());
         for (place, leg) in noted.into_iter().enumerate() {

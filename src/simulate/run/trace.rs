@@ -11,6 +11,8 @@ pub(crate) struct Trace<M: Model> {
     pub residuals: Vec<f64>,
     /// In order.
     pub copies: Vec<Copies>,
+    /// Events since t = 0 that were not worked out, because they repeat those before them.
+    pub repeated: u64,
     /// The legs that events do not tell, in order; `None`: they have not been noted.
     pub legs: Option<Vec<TracedLeg<M>>>,
 }
@@ -61,7 +63,7 @@ impl<M: Model> PartialEq for Trace<M> {
 
 impl<M: Model> Default for Trace<M> {
     fn default() -> Self {
-        Self { residuals: Vec::new(), copies: Vec::new(), legs: None }
+        Self { residuals: Vec::new(), copies: Vec::new(), repeated: 0, legs: None }
     }
 }
 

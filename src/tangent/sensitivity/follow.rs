@@ -175,7 +175,7 @@ impl<'a> Follower<'a> {
     /// Follows events to the end of the run; returns the derivatives of the state there, or nothing
     /// if the caller has cancelled.
     pub fn follow(&mut self, mut source: Source) -> Result<Option<Columns>, SensitivityError> {
-        let mut passed = Passed::default();
+        let mut passed = Passed { first: self.sections.start, all: Vec::new() };
         self.looks = matches!(source, Source::Found(..));
         loop {
             match self.step(&mut source, &mut passed)? {
@@ -219,7 +219,7 @@ impl<'a> Follower<'a> {
             };
         }
         self.leg.hops = hops;
-        for (k, state) in passed.0.drain(..) {
+        for (k, state) in passed.all.drain(..) {
             if self.sections.contains(&k) {
                 let period = k - i64::from(self.section_offset > 0.0);
                 self.section(Clock::new(period, self.section_offset), &state)?;

@@ -37,6 +37,8 @@ impl Follower<'_> {
     ) -> Result<Step, SensitivityError> {
         let of = self.of.with_basis();
         let mut one = self.with(&of, of.basis());
+        // Those of this cycle stand for those of all.
+        let first = std::mem::replace(&mut passed.first, i64::MIN);
         let mut step = Step::Goes;
         for _ in 0..alike.events {
             step = one.step(source, passed)?;
@@ -44,6 +46,7 @@ impl Follower<'_> {
                 break;
             }
         }
+        passed.first = first;
         let times = if matches!(step, Step::Goes) { source.pass(alike) } else { 0 };
         let mut here = std::mem::take(&mut self.leg.here.columns);
         let mut starts = here.as_flattened().to_vec();

@@ -15,14 +15,21 @@ use crate::simulate::run::{Copies, Recorded as _, Run};
 use crate::simulate::{Cycle, Observer, Simulation};
 
 /// The sections that have been passed since they were last asked for, and the states there.
-#[derive(Default)]
-pub(super) struct Passed(pub Vec<(i64, State)>);
+pub(super) struct Passed {
+    /// The first one that is wanted.
+    pub first: i64,
+    pub all: Vec<(i64, State)>,
+}
 
 impl Observer for Passed {
     const SECTIONS: bool = true;
 
     fn section(&mut self, k: i64, state: &State) {
-        self.0.push((k, *state));
+        self.all.push((k, *state));
+    }
+
+    fn first_section(&self) -> i64 {
+        self.first
     }
 }
 
