@@ -231,7 +231,9 @@ impl StructureCycle<'_> {
         let anchor: AnchorOf<Structure> = Anchor::apart(from, start.clone());
         let flight = linearised.motion.leg(&anchor, from, start.clone());
         let pre = linearised.motion.state_after(&flight, elapsed);
-        let rates = [linearised.rates(&anchor, from, &start), linearised.rates(&anchor, to, &pre)];
+        let rates = [(from, &start), (to, &pre)].map(|(clock, state)| {
+            DVector::from_column_slice(&linearised.rates(&anchor, clock, state))
+        });
         let strike = match self.itinerary.legs[leg] {
             StopLeg::Impact { stop, regime, direction } => {
                 Some(self.strike(stop, (regime, f64::from(direction)), to, &pre))
@@ -349,6 +351,7 @@ impl StructureCycle<'_> {
         let Some(strike) = &flown.strike else { return DMatrix::identity(size, size) };
         let anchor: AnchorOf<Structure> = Anchor::apart(flown.to, strike.post.clone());
         let after = self.of.linearised.rates(&anchor, flown.to, &strike.post);
+        let after = DVector::from_column_slice(&after);
         let (gap_by_time, rate_by_time) = strike.by_time;
         let approach = strike.normal.dot(&flown.rates[1]) + gap_by_time;
         let jump = &strike.through * &flown.rates[1] + &strike.by_rate * rate_by_time - after;

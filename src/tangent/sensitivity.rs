@@ -42,7 +42,7 @@ use crate::model::state::State;
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::Simulation;
 use crate::simulate::event::ImpactRecord;
-use crate::simulate::run::Run;
+use crate::simulate::run::{Recorded, Run};
 use crate::tangent::tolerances::SAME_TIME;
 
 /// What tells derivatives at any time.
@@ -247,7 +247,7 @@ pub fn sensitivity(
 }
 
 /// Impacts and sections that are followed: not copied.
-fn followed(run: &Run) -> (usize, usize) {
+fn followed<M: Recorded>(run: &Run<M>) -> (usize, usize) {
     let copies = &run.trace.copies;
     let [mut impacts, mut sections] = [run.impacts.len(), run.stroboscopic.len()];
     let events: usize = copies.iter().map(|all| all.times * all.events).sum();

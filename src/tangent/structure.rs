@@ -31,7 +31,7 @@ use nalgebra::DMatrix;
 
 pub(crate) use impact::{StopInRegime, direction_of};
 pub(crate) use perturbed::Perturbed;
-pub(crate) use rates::Linearised;
+pub(crate) use rates::{Linearised, add_moved};
 
 use crate::model::error::{SimulationError, StateError};
 use crate::model::structure::{Structure, StructureState};

@@ -9,7 +9,8 @@ use super::structure_follower::{Follower, Rows, Turn};
 use super::structure_kept::Kept;
 use super::structure_legs::{StructureLegs, tell};
 use super::structure_source::Source;
-use super::{Place, Sensitivity, check_names};
+use super::table::SensitivityTable;
+use super::{Place, Sensitivity, check_names, followed};
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState, Variation};
 use crate::numerics::cancel::CancelToken;
@@ -90,6 +91,15 @@ pub fn structure_sensitivity(
             column.rows_mut(count, count).copy_from_slice(&start.v);
         }
     }
+    let (impacts, sections) = followed(run);
+    let width = 2 * count * by.len();
+    let rows = Rows {
+        times: SensitivityTable::with_capacity(by.len() * impacts),
+        before: SensitivityTable::with_capacity(width * impacts),
+        after: SensitivityTable::with_capacity(width * impacts),
+        stroboscopic: SensitivityTable::with_capacity(width * sections),
+        ..Rows::default()
+    };
     let of = Arc::new(Linearised::along(structure, by));
     let options = &run.options;
     let end = run.final_state.clock;
@@ -102,8 +112,8 @@ pub fn structure_sensitivity(
         section_offset,
         sections: run.first_section..run.first_section + run.stroboscopic.len() as i64,
         derivatives: Perturbed::new(Arc::clone(&of), Clock::START, columns),
-        legs: Vec::new(),
-        rows: Rows::default(),
+        legs: Vec::with_capacity(impacts + 1),
+        rows,
     };
     let source = if let Some(kept) = Kept::new(run, &initial, section_offset, cancel)? {
         Source::Kept(Box::new(kept))

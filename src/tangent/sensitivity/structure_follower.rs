@@ -14,7 +14,7 @@ use crate::model::state::Clock;
 use crate::simulate::ModelEvent;
 use crate::simulate::event::StopReason;
 use crate::simulate::structure::StructureEvent;
-use crate::tangent::structure::{Linearised, Perturbed};
+use crate::tangent::structure::{Linearised, Perturbed, add_moved};
 
 /// Sections of flights over fewer drive periods are reached from their start.
 const SHORT_FLIGHT: i64 = 16;
@@ -134,7 +134,8 @@ impl Follower<'_> {
             let anchor = leg.anchor();
             let from = self.of.leg_from(&anchor);
             let state = self.of.state_at(&from, clock);
-            let columns = there.columns() + self.of.rates(&from, clock, &state) * later;
+            let mut columns = there.columns().clone();
+            add_moved(&mut columns, &self.of.rates(&from, clock, &state), &later);
             tell(&columns, &mut self.rows.stroboscopic);
         } else {
             tell(there.columns(), &mut self.rows.stroboscopic);
@@ -168,18 +169,19 @@ impl Follower<'_> {
             self.rows.chatter = Some(chatter.clock);
         }
         let StructureEvent::Impact(impact) = event else { return };
-        let Some(([before, after], delay)) = self.derivatives.told() else { return };
-        if impact.clock < self.window {
-            return;
-        }
-        let rows = &mut self.rows;
-        rows.impacts.push((impact.clock.period, impact.time));
-        match self.of.later(impact.clock.period) {
-            Some(later) => rows.times.extend((delay + later).iter().copied()),
-            None => rows.times.extend(delay.iter().copied()),
-        }
-        tell(&before, &mut rows.before);
-        tell(&after, &mut rows.after);
+        let (rows, kept) = (&mut self.rows, impact.clock >= self.window);
+        self.derivatives.tell(|[before, after], delay| {
+            if !kept {
+                return;
+            }
+            rows.impacts.push((impact.clock.period, impact.time));
+            match self.of.later(impact.clock.period) {
+                Some(later) => rows.times.extend((delay + later).iter().copied()),
+                None => rows.times.extend(delay.iter().copied()),
+            }
+            tell(before, &mut rows.before);
+            tell(after, &mut rows.after);
+        });
     }
 
     fn one_sided(&self, event: &StructureEvent) -> Option<OneSidedReason> {

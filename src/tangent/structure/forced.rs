@@ -24,7 +24,7 @@ use smallvec::SmallVec;
 
 use super::equation::{Equation, Held};
 use super::modes::{Flown, ModalFlights};
-use super::rates::Linearised;
+use super::rates::{Linearised, Rates};
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
@@ -363,7 +363,7 @@ impl Steppers {
         of: &Linearised,
         leg: &AnchorOf<Structure>,
         (clock, state): (Clock, &StructureState),
-    ) -> DVector<f64> {
+    ) -> Rates {
         let Phase::Contact(_) = leg.phase else { return of.rates(leg, clock, state) };
         if of.by.is_empty() {
             return of.rates(leg, clock, state);
@@ -376,10 +376,10 @@ impl Steppers {
         let mut rates = DVector::zeros(motion.len());
         stepper.rates(1.0, &motion, &mut rates);
         let count = state.q.len();
-        let mut all = DVector::zeros(2 * count);
-        all.rows_mut(0, count).copy_from_slice(&state.v);
+        let mut all = Rates::from_slice(&state.v);
+        all.resize(2 * count, 0.0);
         for (mode, rate) in of.structure.modes().iter().zip(rates.rows(count, count).iter()) {
-            for (to, shape) in all.rows_mut(count, count).iter_mut().zip(&mode.shape) {
+            for (to, shape) in all[count..].iter_mut().zip(&mode.shape) {
                 *to += shape * rate;
             }
         }

@@ -198,8 +198,8 @@ impl Linearised {
                 slope
             })
         };
-        let mut normal = &du * by_normal[0];
-        let mut tangential = rubs.then(|| du * by_tangent[0]);
+        let mut tangential = rubs.then(|| &du * by_tangent[0]);
+        let mut normal = du * by_normal[0];
         let mut add = |place: usize, part: &RowDVector<f64>| {
             add_times(&mut normal, by_normal[place], part);
             if let Some(tangential) = &mut tangential {

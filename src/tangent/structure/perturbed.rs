@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::{DMatrix, RowDVector};
 use smallvec::SmallVec;
 
 use super::StructureTangentError;
 use super::forced::Steppers;
-use super::rates::Linearised;
+use super::rates::{Linearised, Rates, add_moved};
 use super::samples::{Sample, Samples};
 use crate::impact::StopImpact;
 use crate::model::state::Clock;
@@ -39,8 +39,8 @@ pub(crate) struct Perturbed {
     /// A stop with bounces so low that rounding has spoilt the perturbations, and when.
     pub(super) low: Option<(usize, f64)>,
     /// Derivatives before and after the impacts of this instant that are still to be told, each at its
-    /// own time, and the delay of that.
-    told: SmallVec<[[DMatrix<f64>; 2]; 1]>,
+    /// own time; after the last of them they are the columns.
+    told: SmallVec<[(DMatrix<f64>, Option<DMatrix<f64>>); 1]>,
 }
 
 impl Perturbed {
@@ -245,7 +245,7 @@ impl Perturbed {
     pub fn settle(&mut self, leg: &AnchorOf<Structure>) {
         if let Some(delay) = self.delay.take() {
             let rates = self.steppers.rates(&self.of, leg, (leg.clock, &leg.state));
-            self.add(&rates, &(-delay));
+            add_moved(&mut self.columns, &rates, &(-delay));
             self.struck.clear();
             self.reduce(self.of.motion.dimension(leg));
         }
@@ -277,17 +277,22 @@ impl Perturbed {
         carried.map_err(StructureTangentError::Damping)?;
         if let Some(later) = self.of.later(clock.period - self.clock.period) {
             let state = self.of.state_at(leg, clock);
-            self.columns += self.steppers.rates(&self.of, leg, (clock, &state)) * later;
+            let rates = self.steppers.rates(&self.of, leg, (clock, &state));
+            add_moved(&mut self.columns, &rates, &later);
         }
         self.clock = clock;
         Ok(())
     }
 
-    /// Derivatives just before an impact that has been passed, and just after it, at its own time, and the
-    /// delay of that: of each impact once, in their order.
-    pub fn told(&mut self) -> Option<([DMatrix<f64>; 2], RowDVector<f64>)> {
-        let told = if self.told.is_empty() { None } else { Some(self.told.remove(0)) };
-        told.zip(self.delay.clone())
+    /// Tells derivatives just before an impact that has been passed, and just after it, at its own time, and
+    /// the delay of that: of each impact once, in their order, before what comes next.
+    pub fn tell<R>(
+        &mut self,
+        of: impl FnOnce([&DMatrix<f64>; 2], &RowDVector<f64>) -> R,
+    ) -> Option<R> {
+        let (before, after) = if self.told.is_empty() { None } else { Some(self.told.remove(0)) }?;
+        let delay = self.delay.as_ref()?;
+        Some(of([&before, after.as_ref().unwrap_or(&self.columns)], delay))
     }
 
     /// The same for legs that are looked at later, without what belongs to chatter.
@@ -315,17 +320,9 @@ impl Perturbed {
     }
 
     /// To perturbations at an event that happens dt later.
-    pub(super) fn delayed(&mut self, rates: &DVector<f64>, delay: RowDVector<f64>) {
-        self.add(rates, &delay);
+    pub(super) fn delayed(&mut self, rates: &Rates, delay: RowDVector<f64>) {
+        add_moved(&mut self.columns, rates, &delay);
         self.delay = Some(delay);
-    }
-
-    /// Adds what moves at these rates for these times.
-    fn add(&mut self, rates: &DVector<f64>, times: &RowDVector<f64>) {
-        let all = self.columns.as_mut_slice().chunks_exact_mut(rates.len());
-        for (column, time) in all.zip(times.iter()) {
-            column.iter_mut().zip(rates.iter()).for_each(|(x, rate)| *x += rate * time);
-        }
     }
 
     fn strike(
@@ -354,7 +351,7 @@ impl Perturbed {
         // motions too.
         let stop = met.stop;
         let meets = at_once && (self.struck.contains(&stop) || self.held.contains(&(stop as u32)));
-        let delay = match self.delay.clone().filter(|_| meets) {
+        let delay = match self.delay.take_if(|_| meets) {
             Some(delay) => delay,
             None => self.meet(&leg, event, &met, bounces),
         };
@@ -364,16 +361,17 @@ impl Perturbed {
         if pending.is_empty() {
             self.of.strike(event, &mut self.columns, &delay);
             self.sample(event, &delay);
-            self.told = before.map(|before| [before, self.columns.clone()]).into_iter().collect();
+            self.told = before.map(|before| (before, None)).into_iter().collect();
         } else {
             let all: Vec<StopImpact> =
                 std::iter::once(event.impact).chain(pending.iter().copied()).collect();
             let columns = &mut self.columns;
             let after = self.of.strike_together(event.clock, &all, stop, columns, &delay);
             let before_each = before.into_iter().chain(after.iter().cloned());
-            self.told = before_each.zip(after.clone()).map(|(a, b)| [a, b]).collect();
+            self.told = before_each.zip(after.iter().cloned().map(Some)).collect();
             self.samples = Samples::default();
         }
+        self.delay = Some(delay);
         if event.impact.regime.kind().sticks() || event.impact.separation_velocity == 0.0 {
             self.reduce(self.columns.nrows() - 1);
         }
@@ -402,7 +400,7 @@ impl Perturbed {
         }
     }
 
-    /// To perturbations at the time of an impact; that time's.
+    /// To perturbations at the time of an impact; the delay of that.
     fn meet(
         &mut self,
         leg: &AnchorOf<Structure>,
@@ -420,7 +418,7 @@ impl Perturbed {
         let rates = self.steppers.rates(&self.of, leg, (event.clock, &event.pre));
         let gap = self.of.gap_change(met.stop, event.clock, &self.columns);
         let delay = gap * (-1.0 / met.approach_velocity);
-        self.delayed(&rates, delay.clone());
+        add_moved(&mut self.columns, &rates, &delay);
         delay
     }
 

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector, RowDVector};
+use smallvec::SmallVec;
 
 use crate::flight::{Drive, Trig};
 use crate::model::state::Clock;
@@ -36,6 +37,9 @@ pub(crate) struct Linearised {
     pub by: Vec<Varied>,
 }
 
+/// q' and q'': of up to eight coordinates without memory from the heap.
+pub(crate) type Rates = SmallVec<[f64; 16]>;
+
 /// What a column is the derivative by.
 #[derive(Debug, Clone)]
 pub(crate) struct Varied {
@@ -62,6 +66,14 @@ impl Varied {
     /// and that of a stop.
     pub fn turn_of(&self, stop: &StopVariation, time_in_period: f64) -> f64 {
         stop.phase + time_in_period * self.by.drive_frequency
+    }
+}
+
+/// Adds to columns what moves at these rates for these times.
+pub(crate) fn add_moved(columns: &mut DMatrix<f64>, rates: &Rates, times: &RowDVector<f64>) {
+    let all = columns.as_mut_slice().chunks_exact_mut(rates.len());
+    for (column, time) in all.zip(times.iter()) {
+        column.iter_mut().zip(rates.iter()).for_each(|(x, rate)| *x += rate * time);
     }
 }
 
@@ -107,16 +119,11 @@ impl Linearised {
     }
 
     /// F = (q', q'') of a leg at an instant, in this state.
-    pub fn rates(
-        &self,
-        leg: &AnchorOf<Structure>,
-        clock: Clock,
-        state: &StructureState,
-    ) -> DVector<f64> {
+    pub fn rates(&self, leg: &AnchorOf<Structure>, clock: Clock, state: &StructureState) -> Rates {
         let count = state.q.len();
-        let mut rates = DVector::zeros(2 * count);
-        let (places, acceleration) = rates.as_mut_slice().split_at_mut(count);
-        places.copy_from_slice(&state.v);
+        let mut rates = Rates::from_slice(&state.v);
+        rates.resize(2 * count, 0.0);
+        let acceleration = &mut rates[count..];
         let Trig { cos, sin } = self.drive().trig_at(clock);
         let times = state.numbers().chain([1.0, cos, sin]);
         for (row, time) in self.free.chunks_exact(count).zip(times) {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 
 use smallvec::SmallVec;
 
-use super::rates::{Linearised, OtherMasses, Varied};
+use super::rates::{Linearised, OtherMasses, Varied, add_moved};
 use crate::model::state::Clock;
 use crate::model::structure::{StopVariation, Structure, StructureState};
 use crate::simulate::{AnchorOf, Model};
@@ -139,7 +139,7 @@ impl Linearised {
     ) {
         if let Some(later) = self.later(-clock.period) {
             let state = self.state_at(leg, clock);
-            *columns += self.rates(leg, clock, &state) * later;
+            add_moved(columns, &self.rates(leg, clock, &state), &later);
         }
     }
 
