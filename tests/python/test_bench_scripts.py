@@ -123,7 +123,7 @@ def test_cvode_computes_the_sections_that_are_asked_for(bench):
 def _check_sections(bench, name):
     peer = bench(f"peers.{name}")
     if why := peer.missing():
-        pytest.skip(why)
+        pytest.skip(f"{name}: {why}")
     (scene,) = bench("scenes").read_scenes(["fig7b_1.08"])
     solve = peer.prepare(scene.problem)
     # Another frequency beside it: a batch keeps them apart.
