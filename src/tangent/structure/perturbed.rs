@@ -40,8 +40,11 @@ pub(crate) struct Perturbed {
     pub(super) low: Option<(usize, f64)>,
     /// Derivatives before and after the impacts of this instant that are still to be told, each at its
     /// own time; after the last of them they are the columns.
-    told: SmallVec<[(DMatrix<f64>, Option<DMatrix<f64>>); 1]>,
+    told: SmallVec<[Told; 1]>,
 }
+
+/// Derivatives before an impact, and after it.
+type Told = (DMatrix<f64>, Option<DMatrix<f64>>);
 
 impl Perturbed {
     pub fn new(of: Arc<Linearised>, clock: Clock, columns: DMatrix<f64>) -> Self {
