@@ -149,10 +149,15 @@ def structure_scenes(periods: int) -> list[Scene]:
             drive_frequency=0.37,
         ),
     }
+    # In the end the derivatives of a chaotic motion are no numbers any more.
+    longest = {"2 masses, chaos": periods // 5, "2 masses, coupled damping": periods // 5}
     return [
         Scene(
             f"structure: {name}",
-            _simulate_structure(structure, count := max(3, periods // structure.coordinates)),
+            _simulate_structure(
+                structure,
+                count := max(3, longest.get(name, periods // structure.coordinates)),
+            ),
             _simulate_structure(structure, count, keep=_kept(count)),
             OF_STRUCTURES,
             TEN_OF_STRUCTURES,

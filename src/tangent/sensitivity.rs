@@ -85,6 +85,25 @@ pub struct Legs {
     span: (f64, f64),
 }
 
+impl<L> Sensitivity<L> {
+    /// Refuses derivatives that have grown beyond the range of numbers, of a run with impacts at these times
+    /// that ends then.
+    fn checked(
+        self,
+        mut impacts: impl Iterator<Item = f64>,
+        end: f64,
+    ) -> Result<Self, SensitivityError> {
+        let are_finite = |row: &[f64]| row.iter().all(|number| number.is_finite());
+        // They stay beyond it once they are.
+        if are_finite(&self.final_state) {
+            return Ok(self);
+        }
+        let lost = self.times.chunks(self.names.len()).position(|row| !are_finite(row));
+        let time = lost.and_then(|place| impacts.nth(place)).unwrap_or(end);
+        Err(SensitivityError::Overflow { time })
+    }
+}
+
 impl<L: Along> Sensitivity<L> {
     /// Derivatives of the states at these fixed times; `None` for a time outside of the kept window.
     ///
@@ -229,7 +248,7 @@ pub fn sensitivity(
     place.check_sections(rows.stroboscopic.len(), 4 * k * run.stroboscopic.len())?;
     let mut last = Vec::with_capacity(4 * k);
     append(&final_state, &mut last);
-    Ok(Sensitivity {
+    let found = Sensitivity {
         names: names.to_vec(),
         times: rows.times.without_first(k * more),
         before: rows.before.without_first(4 * k * more),
@@ -243,7 +262,8 @@ pub fn sensitivity(
             all: rows.legs,
             span: (run.kept_from(), until.unwrap_or(run.final_state.time)),
         },
-    })
+    };
+    found.checked(run.impacts.iter().map(|row| row.time), run.final_state.time)
 }
 
 /// Impacts and sections that are followed: not copied.

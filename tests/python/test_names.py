@@ -17,6 +17,21 @@ from vibroimpact.sweeps.lyapunov_results import dimension_of
 # Tables.
 
 
+def test_a_run_that_ended_early_has_no_motion_and_says_how_it_ended():
+    corner = vi.Structure(
+        np.eye(2),
+        [[2, -1], [-1, 2]],
+        [vi.Stop(n, gap, r) for n, gap, r in (([1, 0], 0.1, 0.3), ([1, -1], 0.05, 0.4))]
+        + [vi.Stop(n, gap, r) for n, gap, r in (([-1, 0], 0.1, 0.3), ([-1, 1], 0.05, 0.4))],
+        damping_ratios=[0.02, 0.02],
+        drive_amplitude=[1, 0.5],
+        drive_frequency=0.2,
+    )
+    stopped = vi.simulate(corner, initial=np.zeros((2, 2)), periods=50)
+    assert stopped.stop_reason == "simultaneous"
+    assert stopped.refine().reason.endswith(f"; it ended early: {stopped.stop_detail}")
+
+
 @pytest.mark.parametrize("system", [PAPER, ROUGH, LOW, STICKY, PAPER.replace(contact="direct")])
 def test_the_approach_velocity_is_that_of_the_impact(system):
     impacts = vi.simulate(system, initial=START, periods=20).impacts

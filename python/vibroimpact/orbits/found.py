@@ -207,3 +207,22 @@ class MotionSearch(Shown, Generic[MotionT]):
         ends = [*zip(self._names, self.shares, strict=True), *self.others.items()]
         texts = ", ".join(f"{label} {share:.1%}" for label, share in ends)
         return f"<MotionSearch from {len(self.starts)} starts: {texts}>"
+
+
+class AnyRun(Protocol):
+    """What is told of a run of a System or of a structure."""
+
+    @property
+    def label(self) -> str: ...  # noqa: D102
+    @property
+    def stop_reason(self) -> str: ...  # noqa: D102
+    @property
+    def stop_detail(self) -> str: ...  # noqa: D102
+
+
+def not_periodic(run: AnyRun) -> NotFound:
+    """Return that a run has not settled on a periodic motion, or that it ended before it could."""
+    reason = f"the run is {run.label}, not periodic"
+    if run.stop_reason not in ("completed", "rest"):
+        reason += f"; it ended early: {run.stop_detail}"
+    return NotFound(reason=reason)

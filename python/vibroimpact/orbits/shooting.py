@@ -28,7 +28,7 @@ from ..structure import Structure
 from ..structure_motion import StructureOrbit
 from ..structure_run import StructureRun
 from ..system import System
-from .found import MotionSearch, NotFound
+from .found import MotionSearch, NotFound, not_periodic
 from .motion import SAME_ORBIT, PeriodicMotion, same_orbit, size_of
 from .problem import OrbitProblem
 from .verdict import motion_of
@@ -122,7 +122,7 @@ def refine(run: Run) -> PeriodicMotion | NotFound:
     _driven(run.system)
     period, label = run.period, run.label
     if period.m is None:
-        return NotFound(reason=f"the run is {label}, not periodic")
+        return not_periodic(run)
     end = run.final_state
     if end.time_in_period > 0.0:
         # Continue to the start of the next drive period.

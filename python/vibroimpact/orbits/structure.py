@@ -15,7 +15,7 @@ from ..run_parts import read_only
 from ..stop import numbered
 from ..structure_motion import StructureOrbit
 from ..structure_run import StructureRun
-from .found import NotFound
+from .found import NotFound, not_periodic
 from .verdict import MAX_EVENTS
 
 # Periods by which a run is continued where Newton's method finds no motion at its end.
@@ -29,7 +29,7 @@ def refine_structure(run: StructureRun) -> StructureOrbit | NotFound:
         reject("drive_frequency", 0.0, "a number > 0: a motion repeats after drive periods")
     period = run.period
     if period.m is None:
-        return NotFound(reason=f"the run is {run.label}, not periodic")
+        return not_periodic(run)
     if run.final_state.time_in_period > 0.0:
         # Continue to the start of the next drive period.
         run = run.resume(time=system.drive_period - run.final_state.time_in_period)

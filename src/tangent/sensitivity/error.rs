@@ -45,6 +45,15 @@ pub enum SensitivityError {
     /// A leg of a structure has none.
     #[error(transparent)]
     Structure(StructureTangentError),
+    /// Derivatives have grown beyond the range of numbers.
+    #[error(
+        "the derivatives have grown beyond 1e308 by t = {time}, as those of a chaotic motion do in time: \
+         differentiate a run that ends before, or one from a later state"
+    )]
+    Overflow {
+        /// The first impact with such derivatives, or the end.
+        time: f64,
+    },
     /// Contact begins without an impact: nearby motions do not reach it, or strike.
     #[error("the bodies come to contact without velocity at t = {time}: nearby motions differ")]
     Landing {

@@ -148,7 +148,7 @@ pub fn structure_sensitivity(
     place.check_sections(rows.stroboscopic.len(), 2 * count * k * run.stroboscopic.len())?;
     let mut last = Vec::with_capacity(final_state.len());
     tell(&final_state, &mut last);
-    Ok(Sensitivity {
+    let found = Sensitivity {
         names,
         times: rows.times.without_first(k * more),
         before: rows.before.without_first(2 * count * k * more),
@@ -162,5 +162,6 @@ pub fn structure_sensitivity(
             all: legs,
             span: (run.kept_from(), until.unwrap_or(run.final_state.time)),
         },
-    })
+    };
+    found.checked(run.impacts.iter().map(|row| row.time), run.final_state.time)
 }
