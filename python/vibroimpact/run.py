@@ -211,7 +211,8 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
             For an unknown name, one given twice, none, a direction, or ``"friction"`` of direct
             contact.
         SimulationError
-            If a leg of the motion has no derivatives that can be computed; ``.result`` is this run.
+            If a leg of the motion has no derivatives that can be computed, or they grow beyond
+            1e308, as in a long chaotic motion; ``.result`` is this run.
         Interrupted
             After Ctrl-C; ``.result`` has the derivatives up to its ``until``.
 

@@ -243,7 +243,8 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
             For an unknown name or field, one given twice, none, or a number that the structure
             cannot be varied by, such as the friction of a stop without it.
         SimulationError
-            If a leg of the motion has no derivatives that can be computed; ``.result`` is this run.
+            If a leg of the motion has no derivatives that can be computed, or they grow beyond
+            1e308, as in a long chaotic motion; ``.result`` is this run.
         Interrupted
             After Ctrl-C; ``.result`` has the derivatives up to its ``until``.
 

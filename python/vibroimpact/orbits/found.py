@@ -209,7 +209,7 @@ class MotionSearch(Shown, Generic[MotionT]):
         return f"<MotionSearch from {len(self.starts)} starts: {texts}>"
 
 
-class AnyRun(Protocol):
+class EndedRun(Protocol):
     """What is told of a run of a System or of a structure."""
 
     @property
@@ -220,7 +220,7 @@ class AnyRun(Protocol):
     def stop_detail(self) -> str: ...  # noqa: D102
 
 
-def not_periodic(run: AnyRun) -> NotFound:
+def not_periodic(run: EndedRun) -> NotFound:
     """Return that a run has not settled on a periodic motion, or that it ended before it could."""
     reason = f"the run is {run.label}, not periodic"
     if run.stop_reason not in ("completed", "rest"):
