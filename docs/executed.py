@@ -12,6 +12,12 @@ from typing import Any
 
 FOLDER = Path(__file__).parent
 BLOCK = re.compile(r"^```python\n(.*?)^```\n?", re.M | re.S)
+# Comes before a page: what a block ends with is shown, but of axes their picture alone.
+AXES_ARE_PICTURES = """\
+from matplotlib.axes import Axes
+
+get_ipython().display_formatter.ipython_display_formatter.for_type(Axes, lambda axes: None)
+"""
 KERNEL = {"name": "python3", "display_name": "Python 3", "language": "python"}
 
 
@@ -44,7 +50,9 @@ def read(page: str) -> Any:
     import nbformat
 
     made = nbformat.from_dict(notebook(page))
-    made.metadata["source_map"] = [line for _, line, _ in cells(page)]
+    hidden = {"metadata": {"tags": ["remove-cell"]}, "id": "axes"}
+    made.cells.insert(0, nbformat.v4.new_code_cell(AXES_ARE_PICTURES, **hidden))
+    made.metadata["source_map"] = [0, *(line for _, line, _ in cells(page))]
     return made
 
 

@@ -253,7 +253,7 @@ impl<V: Others> ChatterMonitor<V> {
         scales: &Scales,
     ) -> Option<Limit<V>> {
         let (regime, character) = (bounce.regime, Some(bounce.character()));
-        if matches!(regime, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution) {
+        if regime.reverses() {
             return None;
         }
         if character != self.character || self.kept == CHATTER_IMPACTS {

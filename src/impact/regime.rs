@@ -90,6 +90,12 @@ impl RegimeKind {
         matches!(self, Self::StickInApproach | Self::StickInRestitution)
     }
 
+    /// Whether slip reverses.
+    #[must_use]
+    pub(crate) fn reverses(self) -> bool {
+        matches!(self, Self::ReversalInApproach | Self::ReversalInRestitution)
+    }
+
     /// Whether slip ends or reverses while the bodies approach.
     #[must_use]
     pub(crate) fn switches_in_approach(self) -> bool {

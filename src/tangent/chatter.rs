@@ -123,7 +123,7 @@ pub(super) fn slips((kind, signs, _): Formula) -> Option<Signs> {
 /// Whether slip reverses in each bounce: then x1' falls by another factor than u, and nothing is
 /// extrapolated.
 pub(super) fn reverses((kind, ..): Formula) -> bool {
-    matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution)
+    kind.reverses()
 }
 
 /// Where a chatter sequence ends.

@@ -107,12 +107,6 @@ impl Sample {
     }
 }
 
-/// Whether slip reverses in each: then the slip that is left falls by another factor than u, and nothing
-/// is extrapolated.
-fn reverses((kind, ..): Formula) -> bool {
-    matches!(kind, RegimeKind::ReversalInApproach | RegimeKind::ReversalInRestitution)
-}
-
 /// Some of them, with what becomes of each, the newest first.
 type Newest<'a> = SmallVec<[(&'a Sample, &'a Closed); MOST_EXTRAPOLATED]>;
 
@@ -210,7 +204,9 @@ impl Samples {
     /// The same from those just before this one.
     fn limit_before(&mut self, end: usize, closed: impl Fn(&Sample) -> Closed) -> Option<Limit> {
         let Sample { formula, .. } = self.all[end - 1];
-        let reverses = reverses(formula);
+        // If slip reverses in each, what is left of it falls by another factor than u, and nothing is
+        // extrapolated.
+        let reverses = formula.0.reverses();
         let most = if reverses { 2 } else { MOST_EXTRAPOLATED };
         let (mut best, mut fewer): (_, Option<DMatrix<f64>>) = (None, None);
         for first in (end.saturating_sub(most)..end).rev() {
