@@ -217,7 +217,8 @@ def slopes_of_function(structure: Structure, name: str, given: Any) -> dict[str,
     value = number(name, value)
     step = _STEP * (abs(value) or 1.0)
     own = _leaves(structure)
-    here = _leaves(_made(function, name, value))
+    made = _made(function, name, value)
+    here = _leaves(made)
     for field, entries in own.items():
         there = here.get(field)
         size = np.abs(entries).max(initial=0.0)
@@ -225,7 +226,11 @@ def slopes_of_function(structure: Structure, name: str, given: Any) -> dict[str,
         if not alike or np.abs(there - entries).max(initial=0.0) > _SAME * (size or 1.0):
             at = f"at {name} = {value!r} the function makes another structure than the run has: "
             raise ParameterError(f"{at}it differs in {field}")
-    rows = _differences(lambda k: _leaves(_made(function, name, value + k * step)))
+    _check_alike(structure, made, f"at {name} = {value!r}")
+    beside = _differences(lambda k: _made(function, name, value + k * step))
+    for _, other in beside:
+        _check_alike(structure, other, f"beside {name} = {value!r}")
+    rows = [(weight, _leaves(other)) for weight, other in beside]
     direction: dict[str, Any] = {}
     for field in own:
         # Of what does not change all differences are 0.
@@ -241,6 +246,27 @@ def slopes_of_function(structure: Structure, name: str, given: Any) -> dict[str,
             names = _numbers(structure.stops[place])
             direction |= {f"{name}_{place}": x for name, x in zip(names, row, strict=False) if x}
     return direction
+
+
+def _check_alike(structure: Structure, other: Structure, where: str) -> None:
+    """Refuse a structure that differs in more than its numbers."""
+    mine, theirs = _form(structure), _form(other)
+    for field in {**mine, **theirs}:
+        if mine.get(field) != theirs.get(field):
+            raise ParameterError(
+                f"{where} the function makes another structure, with other {field}; allowed: one "
+                "whose numbers vary, and nothing else"
+            )
+
+
+def _form(structure: Structure) -> dict[str, Any]:
+    """Return by field what a structure is, beside its numbers."""
+    fields = {
+        name: value if isinstance(value, str) else np.shape(value)
+        for name, value in structure._fields().items()
+        if name != "stops"
+    }
+    return {"stops": [tuple(_numbers(stop)) for stop in structure.stops]} | fields
 
 
 # Steps and weights of differences of fourth order, over 12 steps: central, and of either side.

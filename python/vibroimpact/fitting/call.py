@@ -73,7 +73,7 @@ def fit(
     unknown: Sequence[str] | Mapping[str, tuple[float, float] | None],
     initial: ArrayLike,
     loss: str = "linear",
-    starts: int = 5,
+    starts: int = 6,
     seed: int = 0,
     units: Units | None = None,
 ) -> Fit:
@@ -103,8 +103,9 @@ def fit(
         ``"cauchy"``, with constants for 95 % efficiency at normal errors (``"soft_l1"`` between).
     starts
         How many starts of the search are tried, until one fits with residuals that are not
-        improbably large: the first guesses, then random ones, in the ranges or, where there are
-        none, around the guesses and the best so far.
+        improbably large: the first guesses; these once more, with the first rows leading, each
+        within its error before the next ones count; then random ones, in the ranges or, where there
+        are none, around the guesses and the best so far.
     seed
         Of the random starts.
     units
@@ -163,8 +164,8 @@ def fit(
             # the right minimum, at the border of another sequence of impacts.
             around = given if turn % 2 == 0 or best is None else best.estimates
             part = _PARTS[turn % len(_PARTS)]
-            values = given if turn == 0 else _drawn(problem, around, part, random)
-            found = _fitted(problem, values, loss)
+            values = given if turn < 2 else _drawn(problem, around, part, random)
+            found = _fitted(problem, values, loss, slow=turn == 1)
             if best is None or _is_better(found, best):
                 best = found
             if found.verdict in ("fits", "not identifiable") and not _is_doubtful(found):
@@ -372,6 +373,9 @@ def _drawn(problem: Problem, around: Array, part: float, random: np.random.Gener
     width = part * np.where(finite, unknowns.high - unknowns.low, 2.0 * unknowns.scales)
     for _ in range(_MOST_DRAWS):
         drawn = around + width * (random.random(len(around)) - 0.5)
+        # Beyond an end of a range they are mirrored: there would be too many at the end itself.
+        drawn = np.where(drawn < unknowns.low, 2.0 * unknowns.low - drawn, drawn)
+        drawn = np.where(drawn > unknowns.high, 2.0 * unknowns.high - drawn, drawn)
         inside: Array = np.clip(drawn, unknowns.low, unknowns.high)
         try:
             unknowns.machine_of(problem.machine, inside)
@@ -381,10 +385,10 @@ def _drawn(problem: Problem, around: Array, part: float, random: np.random.Gener
     return around
 
 
-def _fitted(problem: Problem, values: Array, loss: str) -> Fit:
+def _fitted(problem: Problem, values: Array, loss: str, slow: bool) -> Fit:
     """Return the fit of one start of the search, with its verdict."""
     sigmas = first_sigmas(problem.records)
-    search = Search(problem, sigmas, loss)
+    search = Search(problem, sigmas, loss, slow)
     found = search.run(values)
     for _ in range(_MOST_ROUNDS):
         if found is None:

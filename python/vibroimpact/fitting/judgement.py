@@ -17,11 +17,13 @@ from .result import Fit, Verdict, tuples
 from .search import Search
 from .statistics import (
     are_negligible,
+    bounded,
     chi2_tail,
     determination,
     inflation,
     ljung_box,
     runs_test,
+    sign_test,
 )
 
 Array = NDArray[np.float64]
@@ -32,8 +34,8 @@ _LEAST_PROBABILITY = 1e-3
 _UNEXPLAINED = 0.3
 # A value or interval is in other units if it is so many times what the machine does.
 _OTHER_UNITS = 15.0
-# Residuals in standard errors count at most so much in tests of order: outliers are no order. A
-# robust loss leaves out those beyond; of more than this part of the others they are no outliers.
+# A robust loss leaves out residuals beyond so many standard errors; of more than this part of the
+# others they are no outliers.
 _OUTLIER, _MOST_OUTLIERS = 4.0, 0.25
 
 
@@ -150,7 +152,10 @@ def _unfinished(found: Found | None, measured: Array) -> tuple[Array, str]:
     predicted = np.concatenate(found.evaluation.predicted)
     if len(predicted) != len(measured):
         return np.zeros(len(measured)), "the search did not reach the end of the records"
-    return predicted, "derivatives do not exist where the search ended, such as at a graze"
+    return predicted, (
+        "derivatives do not exist where the search ended, such as at a graze or, of a function "
+        "that makes the machine, at an end of what it allows: give a range"
+    )
 
 
 def _probability(problem: Problem, weighted: list[Array], unknowns: int) -> float | None:
@@ -161,11 +166,17 @@ def _probability(problem: Problem, weighted: list[Array], unknowns: int) -> floa
     rows = sum(map(len, known))
     # Records without errors take their part of the unknowns.
     share = unknowns * rows / max(1, sum(map(len, weighted)))
-    if rows <= share:
-        return 1.0
-    return chi2_tail(float(sum(z @ z for z in known)), rows - share)
+    # With as many unknowns as rows all residuals can be 0; those of the true values have as many
+    # degrees of freedom as there are rows.
+    return chi2_tail(float(sum(z @ z for z in known)), rows - share if rows > share else rows)
 
 
+# What residuals of a record are not if they are random.
+_TESTS = (
+    (ljung_box, "neighbours alike"),
+    (runs_test, "signs in runs"),
+    (sign_test, "most of one sign"),
+)
 # Each reason has the verdict that it leads to.
 _Reason = tuple[Verdict, str]
 
@@ -185,13 +196,12 @@ def _reasons(
         are = "is" if len(extra) == 1 else "are"
         said = f"the motion found has {many} that {are} not in the record"
         reasons.append(("systematic residuals", f"{said}, approach velocities to {max(extra):.2g}"))
-    tests = 2 * len(weighted)
+    tests = len(_TESTS) * len(weighted)
     for record, z in zip(problem.records, weighted, strict=True):
         if are_negligible(z):  # such as rounding, of a record without noise
             continue
-        bounded = np.clip(z, -_OUTLIER, _OUTLIER)
-        for test, told in ((ljung_box, "neighbours alike"), (runs_test, "signs in runs")):
-            chance = test(bounded)
+        for test, told in _TESTS:
+            chance = test(bounded(z))
             if chance * tests < _LEAST_PROBABILITY:
                 said = f"the residuals of {record.name} are not random: {told} (p = {chance:.1e})"
                 reasons.append(("systematic residuals", said))

@@ -21,7 +21,7 @@ from .minimum import Found, Minimiser
 from .prediction import states_at
 from .problem import Evaluation, Point, Problem, Window
 from .record import Record, is_heard
-from .statistics import are_negligible, determination, ljung_box
+from .statistics import are_negligible, bounded, determination, ljung_box
 
 Array = NDArray[np.float64]
 
@@ -61,10 +61,16 @@ class Search(Minimiser):
         Standard errors of the rows of each record.
     loss
         Name of the loss.
+    slow
+        Whether the window grows only where the prediction agrees to its errors. Then the first rows
+        lead, and a minimum that all rows together have beside the right one is passed by.
     """
 
-    def __init__(self, problem: Problem, sigmas: Sequence[Array], loss: str) -> None:
+    def __init__(
+        self, problem: Problem, sigmas: Sequence[Array], loss: str, slow: bool = False
+    ) -> None:
         super().__init__(problem, widened(problem, sigmas, WIDTHS[0]), loss)
+        self.slow = slow
         self.base = list(sigmas)
         self.most = _MOST_STEPS
         self.random = np.random.default_rng(0)
@@ -196,7 +202,7 @@ class Search(Minimiser):
             used = z[np.isfinite(sigma[: len(z)])]
             if stated and float(used @ used) > _FAR_TOO_LARGE * len(used):
                 return True
-            if not are_negligible(used) and ljung_box(np.clip(used, -4.0, 4.0)) < _NOT_RANDOM:
+            if not are_negligible(used) and ljung_box(bounded(used)) < _NOT_RANDOM:
                 return True
         return bool(found.evaluation.missing)
 
@@ -242,7 +248,7 @@ class Search(Minimiser):
         for record, sigma, residuals in zip(
             self.problem.records, self.base, found.residuals, strict=True
         ):
-            bad = _disagreement(record, sigma, residuals)
+            bad = _disagreement(record, sigma, residuals, self.slow)
             if bad is not None:
                 last = min(last, np.nextafter(record.times[bad], 0.0))
         return int(np.searchsorted(self.times, last, "right"))
@@ -276,17 +282,23 @@ class Search(Minimiser):
         return point, window
 
 
-def _disagreement(record: Record, sigma: Array, residuals: Array) -> int | None:
-    """Return the first row that a prediction misses by much; None if there is none."""
+def _disagreement(record: Record, sigma: Array, residuals: Array, slow: bool) -> int | None:
+    """Return the first row that a prediction misses by much; None if there is none.
+
+    ``slow``: by more than its error.
+    """
     count = len(residuals)
     size = np.abs(residuals)
     if is_heard(record.kind):
         beside = intervals(record.times)[:count]
-        bad = size > np.maximum(_TIME_AGREES * beside, _ERRORS_AGREE * sigma[:count])
+        wide = np.zeros(count) if slow else _TIME_AGREES * beside
+        bad = size > np.maximum(wide, _ERRORS_AGREE * sigma[:count])
         found = np.flatnonzero(bad)
         return int(found[0]) if len(found) else None
-    wide = _VALUE_AGREES * float(np.std(record.values)) if len(record) > 1 else np.inf
-    bad = size > np.maximum(wide, _ERRORS_AGREE * sigma[:count])
+    if len(record) == 1:
+        return None
+    least = 0.0 if slow else _VALUE_AGREES * float(np.std(record.values))
+    bad = size > np.maximum(least, _ERRORS_AGREE * sigma[:count])
     # A velocity is far off for a moment where an impact comes a little early or late; an outlier
     # is alone.
     near = np.convolve(bad, np.ones(5), "full")[: len(bad)]

@@ -24,6 +24,8 @@ _LEAST = 12
 _MOST_LAGS, _PART = 10, 5
 # Robust losses stop to tell outliers from others at this many standard errors.
 _OUTLIER = 3.0
+# Residuals are cut off at so many standard errors; of normal ones half are below this many.
+_CUT, _MEDIAN = 4.0, 0.6745
 # Singular values below this part of the largest are rounding.
 _ROUNDING = 1e-10
 # A part of a combination that is smaller is rounding.
@@ -91,6 +93,24 @@ def runs_test(residuals: Array) -> float:
     mean = 1.0 + 2.0 * above * below / n
     variance = (mean - 1.0) * (mean - 2.0) / (n - 1.0)
     return math.erfc(abs(runs - mean) / math.sqrt(2.0 * variance))
+
+
+def sign_test(residuals: Array) -> float:
+    """Return the probability of so unequal numbers of signs by chance; 1 for few rows."""
+    signs = residuals[residuals != 0.0] > 0.0
+    n = len(signs)
+    if n < _LEAST:
+        return 1.0
+    return math.erfc(abs(2.0 * float(signs.sum()) - n) / math.sqrt(2.0 * n))
+
+
+def bounded(z: Array) -> Array:
+    """Return residuals cut off at four times the usual one, which outliers do not move.
+
+    Where most are larger than stated, they keep their order.
+    """
+    usual = max(1.0, float(np.median(np.abs(z))) / _MEDIAN) if len(z) else 1.0
+    return np.clip(z, -_CUT * usual, _CUT * usual)
 
 
 def are_negligible(z: Array) -> bool:

@@ -200,8 +200,9 @@ class Quantities:
 
         By Gauss and Legendre's rule between events, in panels that are halved until it sees all of
         the rate: to some 1e-13 for smooth rates, and less at a kink, as of ``abs``. An impact that
-        comes later has a part in the derivative, where the rate jumps. Runs with complete chatter
-        are refused: they have infinitely many impacts.
+        comes later has a part in the derivative, where the rate jumps. The rate must not jump by
+        itself between events, as with ``np.where``: the derivative would lack that jump. Runs with
+        complete chatter are refused: they have infinitely many impacts.
 
         Parameters
         ----------

@@ -1,0 +1,127 @@
+"""Searches from poor first guesses, and verdicts on what no unknown explains."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vibroimpact as vi
+from vibroimpact.fitting.statistics import bounded, ljung_box, runs_test, sign_test
+
+SYSTEM = vi.System(
+    mass_ratio=0.9,
+    frequency_ratio=1.4,
+    restitution=0.7,
+    gap=0.3,
+    drive_frequency=1.5,
+    moment_amplitude=1.2,
+    force_amplitude=0.2,
+    friction=0.15,
+    damping=(0.03, 0.02),
+)
+START = (0.05, 0.2, -0.1, 0.1)
+RUN = vi.simulate(SYSTEM, initial=START, periods=30)
+
+
+@pytest.mark.parametrize("guess", [0.0, 0.001, 0.01, 1.0])
+def test_friction_is_found_from_a_guess_beside_another_minimum(guess):
+    # From 0 to 0.02 all times together have a minimum at 0.0086; the first five lead past it.
+    heard = vi.measure(RUN, "impact_times", noise=5e-3, seed=7)
+    found = vi.fit(heard, SYSTEM.replace(friction=guess), unknown=["friction"], initial=START)
+    assert found.verdict == "fits"
+    assert abs(found.values["friction"] - 0.15) < 3 * found.errors["friction"]
+
+
+def test_a_sensor_with_an_offset_is_told_as_systematic():
+    record = vi.measure(RUN, "x1", sampling=0.17, noise=0.01, seed=5)
+    shifted = vi.Record("x1", record.times, record.values + 0.2, sigma=0.01)
+    unknown = ["restitution", "friction", "gap"]
+    found = vi.fit(shifted, SYSTEM, unknown=unknown, initial=START, starts=1)
+    assert found.verdict == "systematic residuals"
+    assert "most of one sign" in str(found)
+
+
+def test_a_small_offset_is_told_too():
+    record = vi.measure(RUN, "x1", sampling=0.17, noise=0.01, seed=5)
+    shifted = vi.Record("x1", record.times, record.values + 0.004, sigma=0.01)
+    found = vi.fit(shifted, SYSTEM, unknown=["friction"], initial=START, starts=1)
+    assert found.verdict == "systematic residuals"
+
+
+@pytest.mark.parametrize("test", [ljung_box, runs_test, sign_test])
+def test_random_residuals_are_called_not_random_as_often_as_said(test):
+    random = np.random.default_rng(2)
+    found = [test(bounded(random.standard_normal(200))) for _ in range(2000)]
+    # 5 % of them, with an error of 0.5 %; the tests are right for many rows.
+    assert 0.03 < np.mean(np.array(found) < 0.05) < 0.07
+
+
+def test_an_outlier_makes_no_order_and_an_offset_is_not_cut_off():
+    random = np.random.default_rng(3)
+    z = random.standard_normal(300)
+    z[::60] += 1000.0
+    assert np.abs(bounded(z)).max() < 6.0
+    assert ljung_box(bounded(z)) > 1e-3
+    slow = 20.0 + np.cumsum(random.standard_normal(300))
+    assert ljung_box(bounded(slow)) < 1e-9
+
+
+def test_with_as_many_unknowns_as_rows_large_residuals_are_told():
+    heard = vi.measure(RUN, "impact_times", noise=5e-3, seed=7)
+    wrong = heard.times[:3] + np.array([0.0, 0.8, 0.0])
+    record = vi.Record("impact_times", wrong, sigma=0.005)
+    unknown = ["restitution", "friction", "gap"]
+    found = vi.fit(record, SYSTEM, unknown=unknown, initial=START)
+    assert found.dof == 0
+    assert found.chi2 > 100.0
+    assert found.verdict not in ("fits", "not identifiable")
+
+
+def made(r: float = 0.9, friction: float = 0.15) -> vi.System:
+    return SYSTEM.replace(restitution=r, friction=friction)
+
+
+def test_a_function_that_makes_no_machine_beside_a_step_ends_that_search_alone():
+    elastic = SYSTEM.replace(restitution=1.0)
+    run = vi.simulate(elastic, initial=START, periods=8)
+    heard = vi.measure(run, "impact_times", noise=2e-3, seed=1)
+    found = vi.fit(heard, made, unknown=["r", "friction"], initial=START)
+    assert np.isfinite([*found.values.values()]).all()
+    assert found.values["r"] <= 1.0
+
+
+STRUCTURE = vi.Structure(
+    mass=[[1, 0], [0, 2]],
+    stiffness=[[5, -2], [-2, 2]],
+    stops=[vi.Stop([0, 1], 0.3, 0.8)],
+    damping_ratios=[0.02, 0.02],
+    drive_amplitude=[1, 0],
+    drive_frequency=1.2,
+)
+
+
+@pytest.mark.parametrize(
+    ("function", "what"),
+    [
+        (lambda k: STRUCTURE.replace(stops=[*STRUCTURE.stops] * (1 + (k > 0.3))), "stops"),
+        (lambda k: STRUCTURE.replace(gap=k, law="poisson" if k <= 0.3 else "newton"), "law"),
+        (
+            lambda k: STRUCTURE.replace(
+                restitution=0.8 if k <= 0.3 else vi.RestitutionTable([0.1, 1], [0.8, 0.8])
+            ),
+            "stops",
+        ),
+        (
+            lambda k: STRUCTURE if k == 0.3 else STRUCTURE.replace(damping=np.eye(2)),
+            "damping_ratios",
+        ),
+    ],
+)
+def test_a_function_whose_structures_differ_in_more_than_numbers_is_refused(
+    function: Callable[[float], Any], what: str
+) -> None:
+    run = vi.simulate(STRUCTURE, initial=[[0, 0], [0, 0]], periods=2)
+    said = f"beside k = 0.3 the function makes another structure, with other {what}; allowed: one"
+    with pytest.raises(vi.ParameterError, match=f"^{said}"):
+        run.sensitivity(k=(function, 0.3))
