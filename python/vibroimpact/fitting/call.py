@@ -26,6 +26,7 @@ from ..made import (
 )
 from ..run_record import AnyRun
 from ..scales import Scales, Units
+from ..showing import counted
 from ..simulation import simulated
 from .determined import ExpectedErrors
 from .judgement import judged
@@ -73,7 +74,7 @@ def fit(
     unknown: Sequence[str] | Mapping[str, tuple[float, float] | None],
     initial: ArrayLike,
     loss: str = "linear",
-    starts: int = 6,
+    starts: int = 10,
     seed: int = 0,
     units: Units | None = None,
 ) -> Fit:
@@ -175,6 +176,11 @@ def fit(
         raise Interrupted("interrupted while fitting", best, holds=held) from stopped
     assert best is not None
     _need_scales(best.machine, scales)
+    misfits = best.verdict not in ("fits", "not identifiable")
+    if misfits and not any(reason.endswith("?") for reason in best.reasons):
+        many = counted(starts, "search", ending="es")
+        advice = f"this is the best of {many}; starts={min(5 * starts, _MOST_STARTS)} makes more"
+        best = replace(best, reasons=(*best.reasons, advice))
     if not best and scales is None and machine._not_in_si:
         best = replace(best, reasons=(*best.reasons, machine._not_in_si))
     return best
@@ -287,6 +293,10 @@ def _machine(system: Any, unknown: Any) -> Any:
     given = named(unknown, ", ".join(guesses))
     own = [each for each in given if each[0] != START and not is_coordinate(each[0])]
     check_names(system, [name for name, _ in own], least=False)
+    for name, _ in given:
+        if is_coordinate(name) and name in guesses:
+            allowed = "another name of that number of the function: this one is of the start"
+            reject("unknown", name, allowed)
     for name, limits in own:
         if limits is not None:
             low, high = (number(f"unknown[{name!r}]", each) for each in pair(name, limits, _RANGE))

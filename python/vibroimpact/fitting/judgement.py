@@ -127,6 +127,8 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
             said.append("there are no more rows than unknowns: nothing tells their errors")
     if verdict != "fits":
         said += _units(problem, found)
+    elif common["dof"] and probability is not None and probability > 1.0 - _LEAST_PROBABILITY:
+        said.append("the residuals are much smaller than the stated sigma: is sigma right?")
     low, high = unknowns.low, unknowns.high
     ends = (point <= low) | (point >= high)
     return Fit(
@@ -152,10 +154,7 @@ def _unfinished(found: Found | None, measured: Array) -> tuple[Array, str]:
     predicted = np.concatenate(found.evaluation.predicted)
     if len(predicted) != len(measured):
         return np.zeros(len(measured)), "the search did not reach the end of the records"
-    return predicted, (
-        "derivatives do not exist where the search ended, such as at a graze or, of a function "
-        "that makes the machine, at an end of what it allows: give a range"
-    )
+    return predicted, "derivatives do not exist where the search ended, such as at a graze"
 
 
 def _probability(problem: Problem, weighted: list[Array], unknowns: int) -> float | None:
@@ -188,14 +187,19 @@ def _reasons(
     reasons: list[_Reason] = []
     if not found.converged:
         reasons.append(("not converged", f"no minimum was reached in {found.steps} steps"))
-    if missing := found.evaluation.missing:
-        many = counted(missing, "impact")
-        reasons.append(("systematic residuals", f"the motion found lacks {many} of the record"))
+    if missing := found.evaluation.lacking(problem.records):
+        many = counted(len(missing), "impact")
+        said = f"the motion found lacks {many} of the record{_at(missing)}"
+        reasons.append(("systematic residuals", said))
     if extra := found.evaluation.unheard(found.window.end):
+        times, velocities = map(list, zip(*extra, strict=True))
         many = counted(len(extra), "impact")
         are = "is" if len(extra) == 1 else "are"
-        said = f"the motion found has {many} that {are} not in the record"
-        reasons.append(("systematic residuals", f"{said}, approach velocities to {max(extra):.2g}"))
+        said = f"the motion found has {many} that {are} not in the record{_at(times)}"
+        said += f", approach velocities to {max(velocities):.2g}"
+        if any(is_heard(each.kind) and each.resolution is None for each in problem.records):
+            said += "; resolution= leaves out those that are too near to others to be heard"
+        reasons.append(("systematic residuals", said))
     tests = len(_TESTS) * len(weighted)
     for record, z in zip(problem.records, weighted, strict=True):
         if are_negligible(z):  # such as rounding, of a record without noise
@@ -213,6 +217,11 @@ def _reasons(
         said = f"the residuals are larger than the stated sigma (p = {probability:.1e})"
         reasons.append((verdict, said))
     return reasons
+
+
+def _at(times: list[float]) -> str:
+    """Return when it is, or the first of several."""
+    return f", {'the first ' if len(times) > 1 else ''}at t = {min(times):.6g}"
 
 
 def _unexplained(record: Record, residuals: Array) -> str:
@@ -255,6 +264,9 @@ def _units(problem: Problem, found: Found | None) -> list[str]:
                 float(np.median(intervals(record.times))),
                 problem.machine._usual_period,
             )
+            off = np.abs(predicted - record.values[: len(predicted)])
+            if len(off) and float(np.median(off)) < _UNEXPLAINED * theirs:
+                continue
             if not 1.0 / _OTHER_UNITS < theirs / period < _OTHER_UNITS:
                 said.append(
                     f"{record.name}: impacts follow each other after {theirs:.3g}, and a period of "

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ParameterError, SimulationError
+from ..errors import SimulationError
 from .problem import Evaluation, Point, Problem, Window
 from .statistics import costs, weights
 from .steps import Linear, correction, multipliers, null_space, step
@@ -258,7 +258,7 @@ class Minimiser:
         """Return the equations of a step; None where a derivative does not exist."""
         try:
             jacobians, constraint = self.problem.derivatives(found, window)
-        except (SimulationError, ParameterError):  # a function makes no machine beside this one
+        except SimulationError:
             return None
         weighted = self.weighted(found)
         roots = [np.sqrt(weights(self.loss, z)) for z in weighted]

@@ -102,9 +102,18 @@ class Evaluation:
             if mine is not None
         )
 
-    def unheard(self, end: float) -> list[float]:
-        """Return the approach velocities of impacts before ``end`` that were not measured."""
+    def lacking(self, records: Sequence[Record]) -> list[float]:
+        """Return the times of measured impacts that the motion lacks."""
         found: list[float] = []
+        for j, record in enumerate(records):
+            mine = [many[j] for many in self.places]
+            rows = np.concatenate([_NONE, *(each for each in mine if each is not None)])
+            found += record.times[: len(rows)][rows == MISSING].tolist()
+        return found
+
+    def unheard(self, end: float) -> list[tuple[float, float]]:
+        """Return times and approach velocities of impacts before ``end`` that were not measured."""
+        found: list[tuple[float, float]] = []
         for run, begin, stop, many, could in zip(
             self.runs,
             self.starts,
@@ -118,7 +127,8 @@ class Evaluation:
                 if mine is not None:
                     extra = theirs[times[theirs] < stop]
                     extra = extra[~np.isin(extra, mine)]
-                    found += np.asarray(run.impacts["approach_velocity"])[extra].tolist()
+                    velocities = np.asarray(run.impacts["approach_velocity"])[extra]
+                    found += zip(times[extra].tolist(), velocities.tolist(), strict=True)
         return found
 
 

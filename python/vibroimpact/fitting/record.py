@@ -358,6 +358,8 @@ def _columns(
     names = [cell.strip() for cell in header]
     places = {}
     for what, column in columns.items():
+        if names.count(column) > 1:
+            reject(what, column, f"a column of {file} whose name stands there once")
         if column not in names:
             known = ", ".join(map(repr, names))
             read_as = "".join(names)
@@ -385,7 +387,8 @@ def _columns(
                     "a number, or skip_empty=True"
                 )
             try:
-                row[what] = float(cell)
+                # To Python 1_0 is 10.
+                row[what] = float(cell.replace("_", "?"))
             except ValueError:
                 comma = ", with a point, not a comma, before its decimals" if "," in cell else ""
                 raise ParameterError(

@@ -171,7 +171,9 @@ class Fit(Archived, Determined):
         size = f", chi2 {self.chi2:.4g} of {self.dof} degrees of freedom"
         head = f"{self.verdict}: {many}{'' if self.probability is None else size}"
         bounds = [f"{name} is at an end of its range" for name in self.at_bounds]
-        told = [*self.reasons, *bounds, *self._open_in_words()]
+        # Where the model does not fit, errors mean nothing, and neither does what they leave open.
+        means = self.verdict in ("fits", "not identifiable")
+        told = [*self.reasons, *bounds, *(self._open_in_words() if means else ())]
         return "\n".join([head, *self._rows(), *told])
 
     def __str__(self) -> str:
