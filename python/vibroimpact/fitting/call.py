@@ -59,6 +59,8 @@ _MOST_DRAWS = 50
 _MOST_LOWER = 4
 # Parts of the ranges or sizes in which starts of the search are drawn, one after another.
 _PARTS = (1.0, 0.1, 0.3, 0.02)
+# From this part on phases are drawn anywhere: of an angle a guess that is wrong says little.
+_FAR = 0.3
 # A fit whose residuals are so improbable is one if no other start of the search gives a better one.
 _DOUBTFUL = 0.05
 _RANGE = "(low, high), two numbers with low < high"
@@ -106,7 +108,7 @@ def fit(
         How many starts of the search are tried, until one fits with residuals that are not
         improbably large: the first guesses; these once more, with the first rows leading, each
         within its error before the next ones count; then random ones, in the ranges or, where there
-        are none, around the guesses and the best so far.
+        are none, around the guesses and the best so far; phases anywhere in their ranges.
     seed
         Of the random starts.
     units
@@ -381,6 +383,9 @@ def _drawn(problem: Problem, around: Array, part: float, random: np.random.Gener
     unknowns = problem.unknowns
     finite = np.isfinite(unknowns.low) & np.isfinite(unknowns.high)
     width = part * np.where(finite, unknowns.high - unknowns.low, 2.0 * unknowns.scales)
+    if part >= _FAR:
+        turns = np.array([name.startswith("phase") for name in unknowns.names])
+        width = np.where(turns, 2.0 * np.pi, width)
     for _ in range(_MOST_DRAWS):
         drawn = around + width * (random.random(len(around)) - 0.5)
         # Beyond an end of a range they are mirrored: there would be too many at the end itself.
