@@ -55,8 +55,8 @@ class Fit(Archived, Determined):
     verdict
         ``"fits"``: the residuals are random, and not larger than stated. ``"systematic
         residuals"``: they are not random, the model is wrong or the search ended in the wrong
-        place; standard errors mean nothing then. ``"residuals too large"``: random, but larger than the stated
-        ``sigma``; where none is stated, so large that they explain little. ``"not
+        place; standard errors mean nothing then. ``"residuals too large"``: random, but larger than
+        the stated ``sigma``; where none is stated, so large that they explain little. ``"not
         identifiable"``: the residuals fit, but some combination of the unknowns stays open.
         ``"not converged"``: no minimum was found.
     reasons
