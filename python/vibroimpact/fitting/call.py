@@ -385,7 +385,7 @@ def _drawn(problem: Problem, around: Array, part: float, random: np.random.Gener
     width = part * np.where(finite, unknowns.high - unknowns.low, 2.0 * unknowns.scales)
     if part >= _FAR:
         turns = np.array([name.startswith("phase") for name in unknowns.names])
-        width = np.where(turns, 2.0 * np.pi, width)
+        width = np.where(turns, np.maximum(width, 2.0 * np.pi), width)
     for _ in range(_MOST_DRAWS):
         drawn = around + width * (random.random(len(around)) - 0.5)
         # Beyond an end of a range they are mirrored: there would be too many at the end itself.

@@ -172,8 +172,8 @@ class Fit(Archived, Determined):
         head = f"{self.verdict}: {many}{'' if self.probability is None else size}"
         bounds = [f"{name} is at an end of its range" for name in self.at_bounds]
         # Where the model does not fit, errors mean nothing, and neither does what they leave open.
-        means = self.verdict in ("fits", "not identifiable")
-        told = [*self.reasons, *bounds, *(self._open_in_words() if means else ())]
+        nothing = self.verdict in ("systematic residuals", "not converged")
+        told = [*self.reasons, *bounds, *(() if nothing else self._open_in_words())]
         return "\n".join([head, *self._rows(), *told])
 
     def __str__(self) -> str:
