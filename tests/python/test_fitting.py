@@ -203,10 +203,12 @@ def test_times_in_other_units_are_asked_about():
     asked = {"unknown": ["restitution"], "starts": 1}
     si = {"initial": (0, 50, 0, 0), "units": "SI"}
     ms = vi.fit(vi.Record("impact_times", 1000 * seconds), rig, **asked, **si)
-    assert "impact_times: impacts follow each other after 3.4" in ms.reasons[-1]
-    assert "a period of the machine is 3.49: are they in other units?" in ms.reasons[-1]
+    *_, asks, advice = ms.reasons
+    assert "impact_times: impacts follow each other after 3.4" in asks
+    assert "a period of the machine is 3.49: are they in other units?" in asks
+    assert advice == "this is the best of 1 search; starts=5 makes more"
     forgotten = vi.fit(vi.Record("impact_times", seconds), rig, **asked, initial=START)
-    assert "are they in other units?" in forgotten.reasons[-2]
+    assert "are they in other units?" in forgotten.reasons[-3]
     assert forgotten.reasons[-1] == (
         "without units='SI' all numbers are dimensionless, also those of a system made in SI: 1 "
         "means 0.01 s, 100 rad/s, 0.1 m"

@@ -28,6 +28,7 @@ from ..run_record import AnyRun
 from ..scales import Scales, Units
 from ..showing import counted
 from ..simulation import simulated
+from ..stop import numbered
 from .determined import ExpectedErrors
 from .judgement import judged
 from .measuring import need_run
@@ -178,8 +179,7 @@ def fit(
         raise Interrupted("interrupted while fitting", best, holds=held) from stopped
     assert best is not None
     _need_scales(best.machine, scales)
-    misfits = best.verdict not in ("fits", "not identifiable")
-    if misfits and not any(reason.endswith("?") for reason in best.reasons):
+    if best.verdict not in ("fits", "not identifiable"):
         many = counted(starts, "search", ending="es")
         advice = f"this is the best of {many}; starts={min(5 * starts, _MOST_STARTS)} makes more"
         best = replace(best, reasons=(*best.reasons, advice))
@@ -384,8 +384,8 @@ def _drawn(problem: Problem, around: Array, part: float, random: np.random.Gener
     finite = np.isfinite(unknowns.low) & np.isfinite(unknowns.high)
     width = part * np.where(finite, unknowns.high - unknowns.low, 2.0 * unknowns.scales)
     if part >= _FAR:
-        turns = np.array([name.startswith("phase") for name in unknowns.names])
-        width = np.where(turns, np.maximum(width, 2.0 * np.pi), width)
+        kinds = [one.what if (one := numbered(name)) else name for name in unknowns.names]
+        width = np.where(np.array(kinds) == "phase", np.maximum(width, 2.0 * np.pi), width)
     for _ in range(_MOST_DRAWS):
         drawn = around + width * (random.random(len(around)) - 0.5)
         # Beyond an end of a range they are mirrored: there would be too many at the end itself.
