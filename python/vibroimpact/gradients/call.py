@@ -119,19 +119,35 @@ def gradient(
     basis = replace(basis, chain=basis.chain[:, order])
     quantities = Quantities(run, machine, _listed(names), basis, periods is not None)
     found = function(quantities)
-    if isinstance(found, list | tuple):
-        each = [one if isinstance(one, Dual) else constant(one, len(order)) for one in found]
-        found = np.stack(each) if each else np.zeros(0)
-    if not isinstance(found, Dual):
-        wanted = "a function that returns a number, or an array"
-        if found is None or isinstance(found, bool | np.bool_):  # None would be a NaN
-            reject("function", f"one that returns {found}", wanted)
-        try:
-            found = constant(found, len(order))
-        except (TypeError, ValueError):
-            reject("function", in_short(found), wanted)
+    found = _with_derivatives(found, len(order))
     value = found.value[()]
+    if not (np.isfinite(value).all() and np.isfinite(found.slope).all()):
+        what = "value" if not np.isfinite(value).all() else "derivative"
+        reject("function", f"one with a {what} that is not finite", "finite ones")
     return (value if found.ndim else float(value)), np.array(found.slope)
+
+
+def _with_derivatives(found: Any, count: int) -> Dual:
+    """Return what a function gave, with derivatives by ``count`` things."""
+    if isinstance(found, Dual):
+        return found
+    wanted = "a function that returns a number, or an array"
+    if isinstance(found, list | tuple):
+        each = [_with_derivatives(one, count) for one in found]
+        if len({one.value.shape for one in each}) > 1:
+            reject("function", "one that returns numbers of several shapes", wanted)
+        if not each:
+            return constant(np.zeros(0), count)
+        stacked: Any = np.stack(each)
+        together: Dual = stacked
+        return together
+    try:
+        array = np.asarray(found)
+    except (TypeError, ValueError):
+        reject("function", in_short(found), wanted)
+    if array.dtype.kind not in "iuf":  # None would be a NaN
+        reject("function", f"one that returns {in_short(found)}", wanted)
+    return constant(array, count)
 
 
 def _listed(names: Any) -> list[str]:

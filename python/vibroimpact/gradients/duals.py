@@ -247,6 +247,8 @@ def _where(condition: Any, *choices: Any) -> Any:
     if not choices:
         return np.where(chosen)
     first, second = np.broadcast_arrays(*map(value_of, choices))
+    if not any(isinstance(each, Dual) for each in choices):
+        return np.where(chosen, first, second)
     count = next(_duals(choices)).slope.shape[-1]
     full = [
         each if isinstance(each, Dual) else constant(value, count)
@@ -273,7 +275,12 @@ def _sort(array: Any, axis: int = -1) -> Any:
     return linear(lambda x: np.take_along_axis(x, order, axis), array)
 
 
-def _norm(array: Any, axis: int | None = None) -> Any:
+def _norm(array: Any, ord: float | None = None, axis: int | None = None) -> Any:
+    if not (ord is None or (ord == 2 and (axis is not None or array.ndim == 1))):
+        raise TypeError(
+            f"numpy.linalg.norm with ord = {ord!r} has no derivative here; allowed: the root of "
+            "the sum of squares, ord = None, or 2 along one axis"
+        )
     return np.sqrt(np.sum(array**2, axis=axis))
 
 

@@ -13,6 +13,7 @@ from ..by_numbers import Basis
 from ..errors import ParameterError
 from ..made import Made, value_of
 from ..sensitivity import OneSided
+from ..stop import OF_DRIVE
 from ..tables import EventKind
 from .duals import Dual, constant
 from .duals import value_of as plain
@@ -35,6 +36,8 @@ class Numbers:
 
     def __getattr__(self, name: str) -> Any:
         """Return a number, or a matrix of a structure, with its derivatives."""
+        if "_numbers" not in vars(self):  # in the making, as of a copy
+            raise AttributeError(name)
         machine, chain = self._machine, self._basis.chain
         if name == "drive_period":
             return 2.0 * np.pi / self.drive_frequency
@@ -47,7 +50,19 @@ class Numbers:
         if name not in machine._numbers_by_name:
             allowed = f"allowed: {machine._numbers_in_words}, drive_period"
             raise AttributeError(f"{name} has no derivatives; {allowed}")
-        return Dual(value_of(machine, name), self._basis.slopes(name) @ chain)
+        return Dual(value_of(machine, name), self._slopes(name) @ chain)
+
+    def _slopes(self, name: str) -> Array:
+        """Return the derivatives of a number; one of all stops changes as each of them does."""
+        known, stops = self._machine._numbers_by_name, range(self._machine._stop_count)
+        places = [] if name in OF_DRIVE else [f"{name}_{place}" for place in stops]
+        each = [self._basis.slopes(place) for place in places if place in known]
+        if not each:
+            return self._basis.slopes(name)
+        if any((slopes != each[0]).any() for slopes in each):
+            one = f"{name} of all stops has no derivatives where stops differ in them"
+            raise AttributeError(f"{one}; allowed: {name}_0 ...")
+        return each[0]
 
 
 class Rows:
@@ -86,6 +101,8 @@ class End:
 
     def __getattr__(self, name: str) -> Any:
         """Return a coordinate."""
+        if "_coordinates" not in vars(self):
+            raise AttributeError(name)
         if name in self._coordinates:
             return self.state.ravel()[self._coordinates.index(name)]
         if name in ("q", "v") and f"{name}_0" in self._coordinates:
