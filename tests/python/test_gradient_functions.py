@@ -98,3 +98,23 @@ def test_parts_of_a_run_can_be_copied():
     value, own = of_system(lambda run: run.final_state.x1)
     assert of_copy == value
     assert np.array_equal(slope, own)
+
+
+def test_some_of_the_impacts_are_chosen_as_rows_of_their_table():
+    times, slopes = of_system(lambda run: run.impacts["time"])
+    for chosen in (slice(1, None), 0, -1, [1, 0], times > times[0]):
+        value, slope = of_system(lambda run, chosen=chosen: run.impacts[chosen]["time"])
+        assert np.array_equal(value, times[chosen])
+        assert np.array_equal(slope, slopes[chosen])
+    value, slope = of_system(lambda run: run.impacts[run.impacts["time"] > times[0]]["time"])
+    assert np.array_equal(slope, slopes[1:])
+    value, slope = of_system(lambda run: [impact["time"] for impact in run.impacts])
+    assert np.array_equal(value, times)
+    assert np.array_equal(slope, slopes)
+
+
+def test_what_a_run_has_without_derivatives_is_refused_with_what_it_has():
+    with pytest.raises(AttributeError, match=r"^energy_audit has no derivatives; allowed: run, "):
+        of_system(lambda run: run.energy_audit())
+    with pytest.raises(vi.ParameterError, match=r"^rate = 3 "):
+        of_system(lambda run: run.integral(3))

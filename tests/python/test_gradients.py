@@ -10,7 +10,6 @@ from small_results import START
 from struck import BEAM, MOVING, REST
 from systems import PAPER
 from two_masses import structure
-from vibroimpact.gradients.duals import FUNCTIONS, RULES, Dual
 
 SYSTEM = PAPER.replace(damping=(0.02, 0.05), friction=0.1, phase=0.3)
 NAMES = ("gap", "restitution", "mass_ratio", "drive_frequency", "oscillator_damping", "v1", "x2")
@@ -127,111 +126,6 @@ def test_an_impact_at_a_moving_end_has_its_part():
     )
     assert value == pytest.approx(0.5)
     assert slope == pytest.approx([1.5, -1.0])
-
-
-DATA = np.array([[0.3, 0.7, 0.2], [0.5, 0.9, 0.4]])
-MOVED = np.array([[1.0, -2.0, 0.5], [0.3, 0.8, -0.7]])
-
-
-def slope_of(function) -> np.ndarray:
-    """The derivative of a function of an array along MOVED, by Dual."""
-    found = function(Dual(DATA, MOVED[..., None]))
-    return found.slope[..., 0]
-
-
-def difference_of(function) -> np.ndarray:
-    """The same by differences."""
-    ends = [np.asarray(function(DATA + sign * 1e-6 * MOVED)) for sign in (-1.0, 1.0)]
-    return (ends[1] - ends[0]) / 2e-6
-
-
-@pytest.mark.parametrize("ufunc", RULES, ids=lambda each: each.__name__)
-def test_elementwise_functions(ufunc):
-    if ufunc.nin == 1:
-        cases = [ufunc]
-    else:
-        cases = [
-            lambda x: ufunc(x, 0.47),
-            lambda x: ufunc(0.47, x),
-            lambda x: ufunc(x, x[:, ::-1] + 1.2 * x[1]),
-            lambda x: ufunc(np.array([0.65, 0.1, 0.87]), x),
-        ]
-    for case in cases:
-        assert slope_of(case) == pytest.approx(difference_of(case), rel=1e-6, abs=1e-9)
-
-
-OTHERS = {
-    np.sum: [lambda x: np.sum(x), lambda x: np.sum(x, axis=0)],
-    np.mean: [lambda x: np.mean(x, axis=1), lambda x: x.mean()],
-    np.diff: [np.diff],
-    np.cumsum: [lambda x: np.cumsum(x, axis=1)],
-    np.reshape: [
-        lambda x: np.reshape(x, (3, 2)),
-        lambda x: x.reshape(6),
-        lambda x: x.reshape(3, 2),
-    ],
-    np.transpose: [lambda x: np.transpose(x) + x.T],
-    np.ravel: [lambda x: np.ravel(x) * x.ravel()],
-    np.squeeze: [lambda x: np.squeeze(x[None])],
-    np.expand_dims: [lambda x: np.expand_dims(x, 0)],
-    np.concatenate: [lambda x: np.concatenate([x, DATA, 2.0 * x])],
-    np.stack: [lambda x: np.stack([x, x], axis=1)],
-    np.vstack: [lambda x: np.vstack([x, x])],
-    np.hstack: [lambda x: np.hstack([x, x])],
-    np.column_stack: [lambda x: np.column_stack([x, x])],
-    np.take: [lambda x: np.take(x, [1, 0], axis=0)],
-    np.broadcast_to: [lambda x: np.broadcast_to(x, (2, 2, 3))],
-    np.flip: [np.flip],
-    np.trace: [lambda x: np.trace(x[:, :2])],
-    np.append: [lambda x: np.append(x, x)],
-    np.dot: [lambda x: np.dot(x, x.T), lambda x: np.dot(DATA.T, x), lambda x: x @ DATA.T],
-    np.inner: [lambda x: np.inner(x[0], x[1])],
-    np.outer: [lambda x: np.outer(x[0], x[1])],
-    np.max: [lambda x: np.max(x), lambda x: np.max(x, axis=0), lambda x: x.max()],
-    np.min: [lambda x: np.min(x), lambda x: np.min(x, axis=1), lambda x: x.min(0)],
-    np.std: [np.std, lambda x: np.std(x, axis=0), lambda x: x.std()],
-    np.var: [np.var, lambda x: np.var(x, axis=1), lambda x: x.var()],
-    np.median: [np.median, lambda x: np.median(x, axis=0), lambda x: np.median(x, axis=1)],
-    np.sort: [np.sort],
-    np.where: [lambda x: np.where(x > 0.45, x**2, 1.0)],
-    np.clip: [lambda x: np.clip(x, 0.25, 0.6)],
-    np.linalg.norm: [np.linalg.norm, lambda x: np.linalg.norm(x, axis=1)],
-}
-
-
-@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda each: each.__name__)
-def test_other_functions(function):
-    for case in OTHERS[function]:
-        plain = case(DATA)
-        assert case(Dual(DATA, MOVED[..., None])).value == pytest.approx(plain)
-        assert slope_of(case) == pytest.approx(difference_of(case), rel=1e-6, abs=1e-9)
-
-
-def test_comparisons_are_those_of_the_values():
-    x = Dual(DATA, MOVED[..., None])
-    assert np.array_equal(x > 0.45, DATA > 0.45)
-    assert np.array_equal(x[x > 0.45].value, DATA[DATA > 0.45])
-    assert max(x[0]).value == 0.7
-    assert [len(row) for row in x] == [3, 3]
-    assert "derivatives" in repr(x)
-
-
-@pytest.mark.parametrize(
-    "use",
-    [
-        lambda x: float(x[0, 0]),
-        lambda x: int(x[0, 0]),
-        lambda x: math.sin(x[0, 0]),
-        lambda x: np.array(x),
-        lambda x: np.fft.fft(x),
-        lambda x: np.interp(0.5, x[0], x[1]),
-        lambda x: np.frexp(x),
-        lambda x: np.add.accumulate(x),
-    ],
-)
-def test_what_would_lose_derivatives_is_refused(use):
-    with pytest.raises(TypeError, match=r"lose|has no derivative"):
-        use(Dual(DATA, MOVED[..., None]))
 
 
 def first(run):
@@ -468,28 +362,6 @@ def test_gradients_of_beams_from_modes():
         for place, (each, value) in enumerate({"gap": 0.3, "drive_frequency": 1.3}.items()):
             expected = fourth_order(function, BEAM, {each: value}, each, **options)
             assert slope[place] == pytest.approx(expected, rel=1e-7, abs=3e-8)
-
-
-@pytest.mark.parametrize(
-    "function",
-    [
-        lambda x: np.append(x, 5.0),
-        lambda x: np.append([5.0], x),
-        lambda x: np.diff(x, prepend=7.0),
-        lambda x: np.diff(x, append=7.0),
-        lambda x: np.sum(x, initial=3.0),
-        lambda x: np.concatenate([x, [5.0, np.inf]]),
-        lambda x: np.stack([x[0], 5.0]),
-    ],
-)
-def test_constants_beside_numbers_have_no_derivative(function):
-    value, slope = np.array([1.0, 2.0, 4.0]), np.array([[1.0, 0.0], [0.0, 2.0], [1.0, 1.0]])
-    found, h = function(Dual(value, slope)), 0.25
-    for k in range(2):
-        ahead, behind = (function(value + sign * h * slope[:, k]) for sign in (1, -1))
-        finite = np.isfinite(ahead)
-        change = np.where(finite, ahead, 0.0) - np.where(finite, behind, 0.0)
-        assert found.slope[..., k] == pytest.approx(change / (2 * h), abs=1e-14)
 
 
 @pytest.mark.parametrize("found", [None, True, np.bool_(False), "gap"])

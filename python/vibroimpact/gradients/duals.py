@@ -7,12 +7,17 @@ Source: A. Griewank, A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM, 2008, 
 
 from __future__ import annotations
 
+import inspect
+import math
 from collections.abc import Callable, Iterator
 from typing import Any, NoReturn
 
 import numpy as np
+from numpy.lib.array_utils import normalize_axis_tuple
 from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import NDArray
+
+from .elementwise import OF_VALUES, RULES
 
 Array = NDArray[np.float64]
 
@@ -44,6 +49,11 @@ class Dual(NDArrayOperatorsMixin):
         return self.value.size
 
     @property
+    def dtype(self) -> np.dtype[np.float64]:
+        """The type of the values."""
+        return self.value.dtype
+
+    @property
     def T(self) -> Dual:
         """The transpose."""
         return linear(np.transpose, self)
@@ -68,37 +78,48 @@ class Dual(NDArrayOperatorsMixin):
         """Say the values and that there are derivatives."""
         return f"{self.value!r}, with derivatives"
 
-    def sum(self, *args: Any, **options: Any) -> Any:
-        """As numpy.sum."""
-        return np.sum(self, *args, **options)
+    def __format__(self, spec: str) -> str:
+        """Write the value, as a number."""
+        return format(self.value[()], spec)
 
-    def mean(self, *args: Any, **options: Any) -> Any:
-        """As numpy.mean."""
-        return np.mean(self, *args, **options)
+    def __getattr__(self, name: str) -> Any:
+        """Return a method that is a function of NumPy, as ``sum``."""
+        function = METHODS.get(name)
+        if function is None:
+            known = ", ".join(sorted(METHODS))
+            raise AttributeError(
+                f"{name} is not there for numbers that carry their derivatives; allowed: {known}"
+            )
 
-    def max(self, axis: int | None = None) -> Any:
-        """As numpy.max."""
-        return _extreme(np.argmax)(self, axis)
+        def method(*args: Any, **options: Any) -> Any:
+            return function(self, *args, **options)
 
-    def min(self, axis: int | None = None) -> Any:
-        """As numpy.min."""
-        return _extreme(np.argmin)(self, axis)
-
-    def std(self, axis: int | None = None) -> Any:
-        """As numpy.std."""
-        return np.sqrt(_variance(self, axis))
-
-    def var(self, axis: int | None = None) -> Any:
-        """As numpy.var."""
-        return _variance(self, axis)
+        return method
 
     def reshape(self, *shape: Any) -> Dual:
-        """As numpy.reshape."""
+        """As the method of arrays, which takes the lengths one by one, too."""
         return linear(lambda array: array.reshape(*shape), self)
 
-    def ravel(self) -> Dual:
-        """As numpy.ravel."""
-        return linear(np.ravel, self)
+    def transpose(self, *axes: Any) -> Dual:
+        """As the method of arrays, which takes the axes one by one, too."""
+        return linear(lambda array: array.transpose(*axes), self)
+
+    # Numbers do not change, so that others which were taken from them do not, either: ``x += 1``
+    # gives x to a new array.
+    __iadd__ = NDArrayOperatorsMixin.__add__
+    __isub__ = NDArrayOperatorsMixin.__sub__
+    __imul__ = NDArrayOperatorsMixin.__mul__
+    __itruediv__ = NDArrayOperatorsMixin.__truediv__
+    __ipow__ = NDArrayOperatorsMixin.__pow__
+    __imod__ = NDArrayOperatorsMixin.__mod__
+    __imatmul__ = NDArrayOperatorsMixin.__matmul__
+
+    def __setitem__(self, key: Any, _: Any) -> NoReturn:
+        """Refuse to change."""
+        raise TypeError(
+            f"numbers of a run that carry their derivatives do not change: [{key!r}] = ...; "
+            "numpy.where and numpy.concatenate make new ones"
+        )
 
     # What would lose the derivatives.
 
@@ -120,8 +141,11 @@ class Dual(NDArrayOperatorsMixin):
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         """Return what an elementwise function of NumPy gives."""
+        if method == "reduce" and ufunc in REDUCTIONS:
+            return REDUCTIONS[ufunc](*inputs, **{"axis": 0} | options)
         if method != "__call__" or options:
-            raise TypeError(f"numpy.{ufunc.__name__}.{method} with {[*options]} has no derivative")
+            used = [*([] if method == "__call__" else [method]), *(f"{each}=" for each in options)]
+            raise TypeError(f"numpy.{ufunc.__name__} with {', '.join(used)} has no derivative here")
         if ufunc in OF_VALUES:
             return ufunc(*map(value_of, inputs))
         if ufunc is np.matmul:
@@ -146,13 +170,22 @@ class Dual(NDArrayOperatorsMixin):
             return func(*map(value_of, args), **kwargs)
         if func not in FUNCTIONS:
             raise TypeError(f"numpy.{func.__name__} has no derivative; those that have: {KNOWN}")
-        return FUNCTIONS[func](*args, **kwargs)
+        rule = FUNCTIONS[func]
+        signature = inspect.signature(rule)
+        try:
+            signature.bind(*args, **kwargs)
+        except TypeError as error:
+            allowed = ", ".join(signature.parameters)
+            raise TypeError(
+                f"numpy.{func.__name__} with derivatives: {error}; allowed: {allowed}"
+            ) from None
+        return rule(*args, **kwargs)
 
 
 def _lost(what: str) -> NoReturn:
     raise TypeError(
         f"a number of a run that carries its derivatives cannot become {what}, which would lose "
-        "them; use functions of NumPy on it"
+        "them; use functions of NumPy on it, and numpy.stack to put several into an array"
     )
 
 
@@ -209,37 +242,124 @@ def _as_linear(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*args: Any, **options: Any) -> Any:
         if any(True for _ in _duals(options.values())):
             raise TypeError(f"numpy.{function.__name__}: give what carries derivatives first")
+        if "out" in options:
+            raise TypeError(f"numpy.{function.__name__} with out= would lose the derivatives")
         return linear(function, *args, **options)
 
     return call
 
 
 def _bilinear(function: Callable[..., Any]) -> Callable[..., Any]:
-    def call(a: Any, b: Any) -> Any:
+    def call(a: Any, b: Any, *args: Any, **options: Any) -> Any:
         parts = []
         if isinstance(a, Dual):
-            parts.append(linear(lambda x: function(x, value_of(b)), a))
+            parts.append(linear(lambda x: function(x, value_of(b), *args, **options), a))
         if isinstance(b, Dual):
-            parts.append(linear(lambda x: function(value_of(a), x), b))
+            parts.append(linear(lambda x: function(value_of(a), x, *args, **options), b))
         slope = parts[0].slope if len(parts) == 1 else parts[0].slope + parts[1].slope
         return Dual(parts[0].value, slope)
 
     return call
 
 
+def _in_rows(array: Any, axis: Any) -> tuple[Dual, tuple[int, ...]]:
+    """Return numbers with these axes as the last one, and their shape with axes of length 1."""
+    axes = normalize_axis_tuple(range(array.ndim) if axis is None else axis, array.ndim)
+    others = [place for place in range(array.ndim) if place not in axes]
+    kept = tuple(1 if place in axes else array.shape[place] for place in range(array.ndim))
+    shape = [*(array.shape[place] for place in others), math.prod(array.shape[k] for k in axes)]
+    return linear(lambda x: x.transpose([*others, *axes]).reshape(shape), array), kept
+
+
 def _extreme(place: Callable[..., Any]) -> Callable[..., Any]:
-    def call(array: Any, axis: int | None = None) -> Any:
-        if axis is None:
-            return array.ravel()[int(place(array.value))]
-        at = np.expand_dims(place(array.value, axis), axis)
-        return linear(lambda x: np.take_along_axis(x, at, axis).squeeze(axis), array)
+    def call(a: Any, axis: Any = None, *, keepdims: bool = False) -> Any:
+        rows, kept = _in_rows(a, axis)
+        at = np.expand_dims(place(rows.value, -1), -1)
+        found = linear(lambda x: np.take_along_axis(x, at, -1).squeeze(-1), rows)
+        return found.reshape(kept) if keepdims else found
 
     return call
 
 
-def _variance(array: Any, axis: int | None = None) -> Any:
-    middle = array.mean() if axis is None else np.expand_dims(array.mean(axis), axis)
-    return np.mean((array - middle) ** 2, axis=axis)
+def _peak_to_peak(a: Any, axis: Any = None, *, keepdims: bool = False) -> Any:
+    return np.max(a, axis=axis, keepdims=keepdims) - np.min(a, axis=axis, keepdims=keepdims)
+
+
+def _product(a: Any, axis: Any = None, *, keepdims: bool = False) -> Any:
+    rows, kept = _in_rows(a, axis)
+    one = np.ones((*rows.shape[:-1], 1))
+    before = np.cumprod(np.concatenate([one, rows.value], axis=-1), axis=-1)[..., :-1]
+    after = np.cumprod(np.concatenate([one, rows.value[..., ::-1]], axis=-1), axis=-1)[..., -2::-1]
+    slope = ((before * after)[..., None] * rows.slope).sum(axis=-2)
+    found = Dual(np.prod(rows.value, axis=-1), slope)
+    return found.reshape(kept) if keepdims else found
+
+
+def _variance(a: Any, axis: Any = None, *, ddof: float = 0, keepdims: bool = False) -> Any:
+    rows, kept = _in_rows(a, axis)
+    squares = (rows - np.mean(rows, axis=-1, keepdims=True)) ** 2
+    found = np.sum(squares, axis=-1) / (rows.shape[-1] - ddof)
+    return found.reshape(kept) if keepdims else found
+
+
+def _deviation(a: Any, axis: Any = None, *, ddof: float = 0, keepdims: bool = False) -> Any:
+    return np.sqrt(_variance(a, axis, ddof=ddof, keepdims=keepdims))
+
+
+def _quantile(a: Any, q: Any, axis: Any = None, *, keepdims: bool = False) -> Any:
+    if isinstance(q, Dual):
+        raise TypeError("numpy.quantile has no derivative by q")
+    rows, kept = _in_rows(a, axis)
+    place = np.asarray(q, dtype=np.float64) * (rows.shape[-1] - 1)
+    low = np.clip(np.floor(place).astype(np.int64), 0, max(rows.shape[-1] - 2, 0))
+    high = np.minimum(low + 1, rows.shape[-1] - 1)
+    ordered: Any = np.sort(rows)
+    found = ordered[..., low] + (place - low) * (ordered[..., high] - ordered[..., low])
+    # The axes of q come first.
+    shape = (*place.shape, *(kept if keepdims else rows.shape[:-1]))
+    last = [*range(rows.ndim - 1, found.ndim), *range(rows.ndim - 1)]
+    return np.transpose(found, last).reshape(shape)
+
+
+def _percentile(a: Any, q: Any, axis: Any = None, *, keepdims: bool = False) -> Any:
+    return _quantile(
+        a, q if isinstance(q, Dual) else np.asarray(q) / 100.0, axis, keepdims=keepdims
+    )
+
+
+def _median(a: Any, axis: Any = None, *, keepdims: bool = False) -> Any:
+    return _quantile(a, 0.5, axis, keepdims=keepdims)
+
+
+def _sort(a: Any, axis: int | None = -1, *, kind: Any = None, stable: bool | None = None) -> Any:
+    if axis is None:
+        a, axis = a.ravel(), -1
+    order = np.argsort(a.value, axis, kind=kind, stable=stable)
+    return linear(lambda x: np.take_along_axis(x, order, axis), a)
+
+
+def _norm(x: Any, ord: float | None = None, axis: Any = None, *, keepdims: bool = False) -> Any:
+    of_a_row = x.ndim == 1 if axis is None else np.ndim(axis) == 0
+    if not (ord is None or (ord == 2 and of_a_row)):
+        raise TypeError(
+            f"numpy.linalg.norm with ord = {ord!r} has no derivative here; allowed: the root of "
+            "the sum of squares, ord = None, or 2 along one axis"
+        )
+    return np.sqrt(np.sum(x**2, axis=axis, keepdims=keepdims))
+
+
+def _clip(a: Any, a_min: Any = None, a_max: Any = None, *, min: Any = None, max: Any = None) -> Any:
+    least, most = (a_min if min is None else min), (a_max if max is None else max)
+    found = a if least is None else np.maximum(a, least)
+    return found if most is None else np.minimum(found, most)
+
+
+def _trapezoid(y: Any, x: Any = None, dx: Any = 1.0, axis: int = -1) -> Any:
+    rows = np.moveaxis(y, axis, -1)
+    widths = dx
+    if x is not None:
+        widths = np.diff(x) if np.ndim(value_of(x)) == 1 else np.diff(np.moveaxis(x, axis, -1))
+    return np.sum(widths * (rows[..., 1:] + rows[..., :-1]) / 2.0, axis=-1)
 
 
 def _where(condition: Any, *choices: Any) -> Any:
@@ -257,108 +377,51 @@ def _where(condition: Any, *choices: Any) -> Any:
     return linear(lambda a, b: np.where(chosen, a, b), *full)
 
 
-def _median(array: Any, axis: int | None = None) -> Any:
-    if axis is None:
-        array, axis = array.ravel(), 0
-    order = np.argsort(array.value, axis)
-    many = array.shape[axis]
-    middle = [(many - 1) // 2, many // 2]
-
-    def call(x: Array) -> Any:
-        return np.take(np.take_along_axis(x, order, axis), middle, axis).mean(axis)
-
-    return linear(call, array)
-
-
-def _sort(array: Any, axis: int = -1) -> Any:
-    order = np.argsort(array.value, axis)
-    return linear(lambda x: np.take_along_axis(x, order, axis), array)
-
-
-def _norm(array: Any, ord: float | None = None, axis: int | None = None) -> Any:
-    if not (ord is None or (ord == 2 and (axis is not None or array.ndim == 1))):
-        raise TypeError(
-            f"numpy.linalg.norm with ord = {ord!r} has no derivative here; allowed: the root of "
-            "the sum of squares, ord = None, or 2 along one axis"
-        )
-    return np.sqrt(np.sum(array**2, axis=axis))
-
-
-def _clip(array: Any, least: Any, most: Any) -> Any:
-    return np.minimum(np.maximum(array, least), most)
-
-
-def _one(*_: Any) -> float:
-    return 1.0
-
-
-# Derivatives of elementwise functions by each of their arguments, which come first; then the value.
-RULES: dict[Any, tuple[Callable[..., Any], ...]] = {
-    np.add: (_one, _one),
-    np.subtract: (_one, lambda *_: -1.0),
-    np.multiply: (lambda a, b, y: b, lambda a, b, y: a),
-    np.divide: (lambda a, b, y: 1.0 / b, lambda a, b, y: -y / b),
-    np.power: (
-        lambda a, b, y: np.where(b == 0.0, 0.0, b * a ** (b - 1.0)),
-        lambda a, b, y: y * np.log(a),
-    ),
-    np.remainder: (_one, lambda a, b, y: -np.floor_divide(a, b)),
-    np.arctan2: (lambda a, b, y: b / (a * a + b * b), lambda a, b, y: -a / (a * a + b * b)),
-    np.hypot: (lambda a, b, y: a / y, lambda a, b, y: b / y),
-    np.maximum: (lambda a, b, y: a >= b, lambda a, b, y: a < b),
-    np.minimum: (lambda a, b, y: a <= b, lambda a, b, y: a > b),
-    np.negative: (lambda a, y: -1.0,),
-    np.positive: (_one,),
-    np.absolute: (lambda a, y: np.sign(a),),
-    np.fabs: (lambda a, y: np.sign(a),),
-    np.square: (lambda a, y: 2.0 * a,),
-    np.sqrt: (lambda a, y: 0.5 / y,),
-    np.cbrt: (lambda a, y: 1.0 / (3.0 * y * y),),
-    np.reciprocal: (lambda a, y: -y * y,),
-    np.exp: (lambda a, y: y,),
-    np.expm1: (lambda a, y: np.exp(a),),
-    np.log: (lambda a, y: 1.0 / a,),
-    np.log1p: (lambda a, y: 1.0 / (1.0 + a),),
-    np.log2: (lambda a, y: 1.0 / (a * np.log(2.0)),),
-    np.log10: (lambda a, y: 1.0 / (a * np.log(10.0)),),
-    np.sin: (lambda a, y: np.cos(a),),
-    np.cos: (lambda a, y: -np.sin(a),),
-    np.tan: (lambda a, y: 1.0 + y * y,),
-    np.arcsin: (lambda a, y: 1.0 / np.sqrt(1.0 - a * a),),
-    np.arccos: (lambda a, y: -1.0 / np.sqrt(1.0 - a * a),),
-    np.arctan: (lambda a, y: 1.0 / (1.0 + a * a),),
-    np.sinh: (lambda a, y: np.cosh(a),),
-    np.cosh: (lambda a, y: np.sinh(a),),
-    np.tanh: (lambda a, y: 1.0 - y * y,),
-    np.deg2rad: (lambda a, y: np.pi / 180.0,),
-    np.rad2deg: (lambda a, y: 180.0 / np.pi,),
+# Functions of the values or of their places alone, which are plain.
+OF_SHAPES = {
+    *(np.shape, np.size, np.ndim, np.argmax, np.argmin, np.argsort, np.nonzero, np.flatnonzero),
+    *(np.any, np.all, np.count_nonzero, np.isclose, np.allclose, np.array_equal, np.searchsorted),
+    *(np.zeros_like, np.ones_like),
 }
-
-# Functions of the values, which are plain: constant but for jumps.
-OF_VALUES = {
-    *(np.less, np.less_equal, np.greater, np.greater_equal, np.equal, np.not_equal),
-    *(np.isfinite, np.isnan, np.isinf, np.signbit, np.sign),
-}
-OF_SHAPES = {np.shape, np.size, np.ndim, np.argmax, np.argmin, np.argsort, np.nonzero}
 
 _LINEAR = (
     *(np.sum, np.mean, np.diff, np.cumsum, np.reshape, np.transpose, np.ravel, np.squeeze),
     *(np.expand_dims, np.concatenate, np.stack, np.vstack, np.hstack, np.column_stack, np.take),
-    *(np.broadcast_to, np.flip, np.trace, np.append),
+    *(np.broadcast_to, np.flip, np.trace, np.append, np.copy, np.repeat, np.roll, np.tile),
+    *(np.atleast_1d, np.atleast_2d, np.swapaxes, np.moveaxis, np.diagonal, np.delete),
+    *(np.insert, np.average),
 )
+_BILINEAR = (np.dot, np.inner, np.outer, np.vdot, np.kron, np.convolve, np.cross, np.tensordot)
 FUNCTIONS: dict[Any, Callable[..., Any]] = {
     **{function: _as_linear(function) for function in _LINEAR},
-    **{function: _bilinear(function) for function in (np.dot, np.inner, np.outer)},
+    **{function: _bilinear(function) for function in _BILINEAR},
     np.max: _extreme(np.argmax),
     np.min: _extreme(np.argmin),
-    np.std: lambda array, axis=None: array.std(axis),
+    np.ptp: _peak_to_peak,
+    np.prod: _product,
+    np.std: _deviation,
     np.var: _variance,
+    np.quantile: _quantile,
+    np.percentile: _percentile,
     np.median: _median,
     np.sort: _sort,
     np.where: _where,
     np.clip: _clip,
     np.linalg.norm: _norm,
+    np.trapezoid: _trapezoid,
 }
 KNOWN = ", ".join(
     sorted({*(each.__name__ for each in RULES), *(each.__name__ for each in FUNCTIONS)})
 )
+REDUCTIONS: dict[Any, Callable[..., Any]] = {
+    np.add: np.sum,
+    np.multiply: np.prod,
+    np.maximum: np.max,
+    np.minimum: np.min,
+}
+# Methods of arrays, but for those that sort them in place.
+METHODS: dict[str, Callable[..., Any]] = {
+    function.__name__: function
+    for function in [*FUNCTIONS, *OF_SHAPES]
+    if callable(getattr(np.ndarray, function.__name__, None)) and function is not np.sort
+} | {"flatten": np.ravel}

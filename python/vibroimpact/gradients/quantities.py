@@ -66,7 +66,7 @@ class Numbers:
 
 
 class Rows:
-    """The impacts of a run: columns by name, as those of its table."""
+    """The impacts of a run, or one of them: columns by name, as those of its table."""
 
     def __init__(self, table: Any, columns: Mapping[str, Dual]) -> None:
         self._table = table
@@ -76,16 +76,21 @@ class Rows:
         """Return the number of impacts."""
         return len(self._table)
 
-    def __getitem__(self, name: str) -> Any:
-        """Return a column; whole numbers and regimes are plain."""
-        if name in self._columns:
-            return self._columns[name]
-        if isinstance(name, str) and name in self._table.dtype.names:
-            column = np.asarray(self._table[name])
+    def __getitem__(self, key: Any) -> Any:
+        """Return a column by its name, or some of the impacts; whole numbers are plain."""
+        if not isinstance(key, str):
+            rows = plain(key)
+            return Rows(
+                self._table[rows], {name: column[rows] for name, column in self._columns.items()}
+            )
+        if key in self._columns:
+            return self._columns[key]
+        if key in self._table.dtype.names:
+            column = np.asarray(self._table[key])
             if column.dtype.kind in "iub":
                 return column
         known = ", ".join(self._columns)
-        raise ParameterError(f"impacts[{name!r}] has no derivatives; allowed: {known}")
+        raise ParameterError(f"impacts[{key!r}] has no derivatives; allowed: {known}")
 
 
 class End:
@@ -146,6 +151,14 @@ class Quantities:
     def _dual(self, value: Any, slope: Array) -> Dual:
         array = np.asarray(value, dtype=np.float64)
         return Dual(array, slope.reshape(*array.shape, slope.shape[-1]))
+
+    def __getattr__(self, name: str) -> Any:
+        """Refuse what has no derivatives."""
+        known = ", ".join(each for each in dir(type(self)) if each[0] != "_")
+        raise AttributeError(
+            f"{name} has no derivatives; allowed: run, system, initial, {known}; run.run has "
+            "the plain run"
+        )
 
     @property
     def _count(self) -> int:
@@ -226,6 +239,8 @@ class Quantities:
         rate
             A function of times (j,) and states, as ``trajectory`` returns them; (j,) numbers.
         """
+        if not callable(rate):
+            reject("rate", rate, "a function of times and states")
         self._need_whole("integral")
         run = self.run
         if (run.contacts["kind"] == EventKind.CHATTER).any():
