@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar, Self
@@ -13,6 +14,12 @@ from .interruption import interruptible
 
 # All that is not an array, and the arrays.
 Parts = tuple[dict[str, Any], dict[str, NDArray[np.generic]]]
+
+
+def alike(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    """Whether arrays are the same to the last bit."""
+    form = (one.dtype, one.shape) == (other.dtype, other.shape)
+    return form and one.tobytes() == other.tobytes()
 
 
 @interruptible
@@ -30,6 +37,25 @@ class Archived(ABC):
     @abstractmethod
     def _from_parts(cls, metadata: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Self:
         """Return the result of such a file."""
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both hold the same: the same numbers to the last bit."""
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        (_, ours), (_, theirs) = self._parts(), other._parts()
+        return (
+            self._text() == other._text()
+            and ours.keys() == theirs.keys()
+            and all(alike(array, theirs[name]) for name, array in ours.items())
+        )
+
+    def __hash__(self) -> int:
+        """Return a hash that equal ones share."""
+        return hash(self._text())
+
+    def _text(self) -> str:
+        """Return all that is not an array."""
+        return json.dumps(self._parts()[0])
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the result to ``path`` (.npz, no pickle); ``load`` gives it back bit for bit.

@@ -408,9 +408,9 @@ def axis(name: str, values: Any) -> NDArray[np.float64]:
 
 def times_of(name: str, values: Any) -> tuple[NDArray[np.float64], bool]:
     """Return times as a ``vector``, and whether one number was given in place of an array."""
-    single = isinstance(values, Real) or (isinstance(values, np.ndarray) and values.ndim == 0)
-    if single:
-        return np.array([number(name, values)]), True
+    single = not isinstance(values, Iterable) or isinstance(values, str | bytes)
+    if single or (isinstance(values, np.ndarray) and values.ndim == 0):
+        return np.array([number(name, values, "a finite number, or an array of them")]), True
     return vector(name, values), False
 
 

@@ -22,6 +22,7 @@ _OTHER_NAMES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("duration", "t_end", "tmax", "t_max", "T"), ("time", "periods")),
     **dict.fromkeys(("cycles", "n_periods", "steps"), ("periods",)),
     **dict.fromkeys(("threads", "n_jobs", "cores"), ("workers",)),
+    **dict.fromkeys(("names", "unknowns", "parameters", "free"), ("unknown",)),
     **dict.fromkeys(("tolerance", "tol", "atol"), ("chatter_tolerance",)),
     **{"x": ("x1", "q_0"), "q": ("q_0",), "v": ("v1", "v_0")},
     **dict.fromkeys(("force", "forcing", "F0"), ("drive_amplitude", "force_amplitude")),

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from .arguments import array_of, in_short, refuse_kind
 from .by_value import ByValue
+from .errors import StateError
 from .interruption import interruptible
 from .scales import Scales
 from .showing import Shown
@@ -166,6 +168,20 @@ class Machine(ByValue, Shown):
         StateError
             For another shape, or numbers that are not finite.
         """
+
+    def _one_start(self, initial: Any) -> Array:
+        """Return one start as an array of finite numbers; StateError for anything else."""
+        shape = self._starts_shape
+        rows = f"({', '.join(self._coordinates_by_name)})" if self._AXES == 1 else "rows q and v"
+        wanted = f"one start, {rows} of shape {shape}"
+        array = array_of("initial", initial, wanted, error=StateError)
+        if array.shape != shape:
+            shown = f" of shape {array.shape}" if array.ndim else f" = {in_short(initial)}"
+            turned = ", did you mean its transpose?" if array.shape == shape[::-1] else ""
+            raise StateError(f"initial{shown} is not allowed; allowed: {wanted}{turned}")
+        if array.dtype.kind not in "iuf":
+            refuse_kind("initial", array, error=StateError)
+        return self._starts(array)
 
     @abstractmethod
     def _chosen(self, units: Any) -> Scales | None:

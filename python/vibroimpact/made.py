@@ -119,6 +119,11 @@ def is_coordinate(name: str) -> bool:
     return _COORDINATE.fullmatch(name) is not None
 
 
+def of_start(name: str) -> str:
+    """Say that the name of an argument is that of a coordinate, for a message."""
+    return f"{name} is the name of a coordinate of the start"
+
+
 def check_names(
     function: Callable[..., Any], names: Sequence[str], what: str = "system", *, least: bool = True
 ) -> None:
@@ -136,8 +141,10 @@ def check_names(
             raise unknown(name, known, f"it takes {own}", of=f" of the function {what}")
     missing = [name for name in required if name not in names]
     if missing and least:
+        named_so = [name for name in missing if is_coordinate(name)]
+        hint = f"; {of_start(named_so[0])}: call that argument otherwise" if named_so else ""
         raise ParameterError(
-            f"the function {what} takes {own}; no values are given for {', '.join(missing)}"
+            f"the function {what} takes {own}; no values are given for {', '.join(missing)}{hint}"
         )
 
 
@@ -373,7 +380,8 @@ def machine_made(
     function: Callable[..., Any], numbers: Mapping[str, float], sizes: Mapping[str, float]
 ) -> MadeSystem | MadeStructure:
     """Return what a function makes of numbers, a machine of either kind."""
-    kind = MadeStructure if isinstance(called(function, numbers), Structure) else MadeSystem
+    found = made(function, numbers, System, Structure)
+    kind = MadeStructure if isinstance(found, Structure) else MadeSystem
     return kind.of(function, numbers, sizes)
 
 

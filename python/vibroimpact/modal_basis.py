@@ -236,7 +236,8 @@ class ModalBasis:
             which = f"initial[{', '.join(map(str, run))}]" if run else "initial"
             raise StateError(
                 f"{'qv'[row]} of {which} lies outside the span of the modes by "
-                f"{outside[place] / size[place]:.3g} of its size; allowed: shapes @ p for any p"
+                f"{outside[place] / size[place]:.3g} of its size; allowed: shapes @ p for any "
+                "modal coordinates p"
             )
         return result
 

@@ -23,7 +23,7 @@ from .period_report import Evidence as Evidence
 from .period_report import PeriodReport as PeriodReport
 from .run_parts import EnergyAudit as EnergyAudit
 from .run_parts import FinalState as FinalState
-from .run_parts import Slopes, clock_rates, impulses_on_wall
+from .run_parts import Slopes, clock_rates, impulses_on_wall, refuse_units
 from .run_parts import read_only as read_only
 from .run_record import RunRecord
 from .run_trace import Trace
@@ -210,6 +210,8 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         ParameterError
             For an unknown name, one given twice, none, a direction, or ``"friction"`` of direct
             contact.
+        TypeError
+            For ``units``: derivatives are dimensionless.
         SimulationError
             If a leg of the motion has no derivatives that can be computed, or they grow beyond
             1e308, as in a long chaotic motion; ``.result`` is this run.
@@ -224,6 +226,11 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         """
         more = f"any other number by vibroimpact.gradient, with {self.system._by_function}"
         given: Mapping[str, Any] = directions
+        refuse_units(
+            given,
+            "derivatives are dimensionless; in SI they are these times the unit of what is "
+            "differentiated, over that of the number, both of run.system.scales",
+        )
         for name, direction in given.items():
             allowed = 'names alone, such as "gap": directions by keyword are for a Structure only'
             reject(name, direction, f"{allowed}; {more}")
@@ -307,8 +314,6 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         curving = (-system.tip(x1) if system.contact == "oblique" else 0.0) * rates["x1"]
         rates["approach_velocity"] = curving * v1 + slope * rates["v1_pre"] - rates["v2_pre"]
         ratio, moved = system.mass_ratio, slopes("mass_ratio")
-        if ratio == 0.0 and moved.any():
-            return rates  # the energy of what becomes a wall has no derivative
         # Momentum of both bodies: v2+ - v2- = mbar P, v1+ - v1- = sin(x1) Q - slope P.
         p, q = (np.asarray(rows[f"impulse_{way}"])[:, None] for way in ("normal", "tangential"))
         pushed: NDArray[np.float64] | None
@@ -322,10 +327,11 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
             lost += sign * v1 * rates[f"v1_{side}"]
             if ratio > 0.0:
                 lost += sign * (v2 * rates[f"v2_{side}"] / ratio - v2**2 * moved / (2.0 * ratio**2))
-        if ratio == 0.0 and v2.any():  # a wall has no energy, but does work when it moves
+        # A wall has no energy, but does work when it moves, or begins to do so.
+        if ratio == 0.0 and (v2.any() or moved.any()):
             if pushed is None:
                 return rates
-            lost -= v2 * pushed + rates["v2_pre"] * p
+            lost -= v2 * pushed + 0.5 * (rates["v2_pre"] + rates["v2_post"]) * p
         rates["energy_loss"] = lost
         if pushed is None:
             return rates

@@ -123,6 +123,12 @@ def read_only(array: NDArray[_T]) -> NDArray[_T]:
     return array
 
 
+def refuse_units(directions: Mapping[str, Any], why: str) -> None:
+    """Refuse units in place of a direction, which may have that name."""
+    if isinstance(directions.get("units"), str):
+        raise TypeError(f"sensitivity() takes no units=: {why}")
+
+
 class Slopes(Protocol):
     """The derivatives of fields of a machine by what its run is differentiated by."""
 
@@ -179,8 +185,9 @@ def impulses_on_wall(
 
     Returns
     -------
-    array, or None where restitution depends on the approach velocity and a tip sticks, and under
-    the law of the paper with friction.
+    array, or None under the law of the paper with friction, and where a tip sticks: if restitution
+    depends on the approach velocity; and by mass_ratio if a heavy body that is to move as the law
+    wants takes an impulse without bound.
     """
     x1, v1, v1_post, v2, u = (
         np.asarray(impacts[name])[:, None]
@@ -212,13 +219,18 @@ def impulses_on_wall(
     turned = (regime == Regime.REVERSAL_APPROACH) | (regime == Regime.REVERSAL_RESTITUTION)
     after = over(v1_post, rates["v1_post"], np.where(turned, -direction, direction))
     pushed = over(v1, rates["v1_pre"], direction) - np.where(sticks, 0.0, after)
+    heavy = slopes("mass_ratio")
+    unbounded = sticks & {"newton": True, "energetic": v2 <= 0.0}.get(system.law, False)
+    if heavy.any() and unbounded.any():
+        return None
     if system.law == "newton" or not sticks.any():
         return np.asarray(pushed)
     if not isinstance(system.restitution, float):
         return None
     (k, dk), (r, dr) = along(direction), (system.restitution, slopes("restitution"))
-    slows, faster = k * slope, dk * slope + k * curving
-    du, w, dw = rates["approach_velocity"], v2, rates["v2_pre"]
+    slows, faster = k * slope, dk * slope + k * curving + heavy
+    # The wall's velocity in stick, which a heavy body has gained a part of by then.
+    du, w, dw = rates["approach_velocity"], v2, rates["v2_pre"] + v1 / k * heavy
     with np.errstate(divide="ignore", invalid="ignore"):
         if system.law == "poisson":
             # P_I = u/(k slope): a wall at rest has u = x1' slope.
@@ -229,5 +241,6 @@ def impulses_on_wall(
             left, scale = (r * u) ** 2 - w**2, 2.0 * slows * w
             change = 2.0 * (r * u * (dr * u + r * du) - w * dw)
             stuck = (change - left / scale * 2.0 * (faster * w + slows * dw)) / scale
+            stuck -= (left / scale) ** 2 * heavy / (2.0 * w)
             stuck = pushed + np.where(w > 0.0, stuck, 0.0)
     return np.where(sticks, stuck, pushed)

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arguments import positive, reject
-from .errors import ParameterError
 from .hints import close_to
 from .interruption import interruptible
 
@@ -170,13 +169,16 @@ COLUMN_UNITS: Mapping[str, tuple[str, str]] = {
 }
 
 
+# Where scales come from.
+_SCALES_OF = (
+    "a system from System.from_physical has them, another gets them by system.replace(scales=...)"
+)
+
+
 def needed(scales: Scales | None) -> Scales:
     """Return the scales of a system; ParameterError if it has none."""
     if scales is None:
-        raise ParameterError(
-            "scales = None is not allowed; allowed: the scales of a system, for SI units: a system "
-            "from System.from_physical has them, another gets them by system.replace(scales=...)"
-        )
+        reject("scales", None, f"the scales of a system, for SI units: {_SCALES_OF}")
     return scales
 
 
@@ -195,7 +197,9 @@ def chosen(units: Any, scales: Scales | None) -> Scales | None:
     ParameterError
         For other units, and if the system has no scales.
     """
-    return needed(scales) if in_si(units) else None
+    if in_si(units) and scales is None:
+        reject("units", units, f"None for a system without scales: {_SCALES_OF}")
+    return scales if in_si(units) else None
 
 
 def not_in_si(scales: Scales) -> str:

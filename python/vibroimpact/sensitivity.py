@@ -231,7 +231,7 @@ class Sensitivity(Shown):
             place = int(outside[0])
             window = f"times in the kept window, {first!r} to {last!r}"
             reject("t" if single else f"t[{place}]", float(times[place]), window)
-        rows = self._core.trajectory(times)
+        rows = read_only(self._core.trajectory(times))
         return rows[0] if single else rows
 
     def _facts(self) -> Facts:

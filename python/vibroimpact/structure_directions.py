@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arguments import complex_vector, in_short, matrix, number, reject, unknown, vector
-from .errors import ParameterError
+from .errors import ParameterError, StateError
 from .modal_basis import ModalBasis
 from .restitution import OF_POWER_LAWS, OF_TABLES
 from .stop import OF_DRIVE, Stop, is_of_stops, numbered, of_one_stop
@@ -117,7 +117,12 @@ def _named_in_modes(structure: Structure, name: str) -> dict[str, Any] | None:
         return None
     count = structure.coordinates
     if (own := numbered(name)) and own.what in _START:
-        return _fields(structure, name, {own.what: np.eye(count)[own.place]})
+        try:
+            return _fields(structure, name, {own.what: np.eye(count)[own.place]})
+        except ParameterError:
+            together = f"run.sensitivity(name={{{own.what!r}: shapes @ p}})"
+            allowed = "a coordinate of the start that can change alone; here modes move several of "
+            reject("names", name, f"{allowed}them together, as in {together}")
     if match := _ENTRY.fullmatch(name):
         i, j = int(match[2]), int(match[3])
         if max(i, j) >= count:
@@ -164,7 +169,10 @@ def _fields(structure: Structure, name: str, direction: Any) -> dict[str, Any]:
         elif key in _START:
             row = np.zeros((2, count))
             row[_START.index(key)] = vector(what, value, length=count)
-            found[key] = structure._to_core(row)[_START.index(key)]
+            try:
+                found[key] = structure._to_core(row)[_START.index(key)]
+            except StateError:
+                reject(what, value, "shapes @ p, with modal coordinates p that it determines")
         elif of_one is not None or key in _OF_ALL:
             field = of_one.what if of_one is not None else key
             places = [*range(len(stops))] if of_one is None else [of_one.place]

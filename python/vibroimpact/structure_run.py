@@ -18,7 +18,7 @@ from . import _core
 from .archived import Parts
 from .errors import SimulationError
 from .interruption import interruptible
-from .run_parts import Slopes, read_only
+from .run_parts import Slopes, read_only, refuse_units
 from .run_record import RunRecord
 from .run_trace import Trace
 from .structure import Structure
@@ -254,6 +254,7 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
         >>> found.names, found.final_state.shape
         (('gap', 'v_0', 'spring'), (2, 3))
         """
+        refuse_units(directions, "derivatives are in the units of the structure")
         by = directions_of(self._system, names, directions)
         start = self._system._to_core(self._initial)
         try:

@@ -240,6 +240,7 @@ def test_bounds_hold():
         ({"unknown": 3}, "list of names"),
         ({"loss": "l2"}, "'huber'"),
         ({"starts": 0}, "starts"),
+        ({"units": "SI"}, r"^units = 'SI' .* None for a system without scales: .*from_physical"),
         ({"record": []}, "record"),
         ({"record": vi.Record("q_0", [0.0], [0.0])}, "kind = 'q_0'"),
         ({"record": vi.Record("x1", [0.0, 1e9], [0.0, 0.0])}, r"times\[1\] = 1000000000.0"),
@@ -392,6 +393,9 @@ def test_a_fit_is_saved(tmp_path):
     found = vi.fit(records, RUBBING, unknown=["restitution", "gap"], initial=START)
     found.save(tmp_path / "fit.npz")
     again = vi.load(tmp_path / "fit.npz")
+    assert again == found
+    assert hash(again) == hash(found)
+    assert again.records == found.records
     assert again.values == found.values
     assert again.summary() == found.summary()
     assert again.machine == found.machine

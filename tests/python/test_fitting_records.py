@@ -64,6 +64,39 @@ def test_a_wrong_line_of_a_file_is_named(text, tmp_path):
         vi.Record.from_csv(path, "x1")
 
 
+@pytest.mark.parametrize("code", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_a_file_in_another_encoding_is_told(code, tmp_path):
+    path = tmp_path / "rig.csv"
+    path.write_text("# a rig\ntime,x1\n0,1\n1,2\n", encoding=code)
+    with pytest.raises(vi.ParameterError, match=r"^path = .*: text, in UTF-8; .* as CSV UTF-8$"):
+        vi.Record.from_csv(path, "x1")
+
+
+def test_a_column_whose_name_is_in_another_encoding_is_told(tmp_path):
+    path = tmp_path / "rig.csv"
+    path.write_text("time,größe\n0,1\n1,2\n", encoding="latin-1")
+    with pytest.raises(vi.ParameterError, match=r"^value = 'größe' .*not in UTF-8: save it"):
+        vi.Record.from_csv(path, "x1", value="größe")
+    # Its other columns can be read.
+    assert vi.Record.from_csv(path, "impact_times").times.tolist() == [0.0, 1.0]
+
+
+def test_records_are_compared_by_what_they_hold():
+    one, same = (vi.Record("x1", [0.0, 1.0], [0.1, 0.2], sigma=0.1) for _ in range(2))
+    assert one == same
+    assert hash(one) == hash(same)
+    others = [
+        vi.Record("v1", [0.0, 1.0], [0.1, 0.2], sigma=0.1),
+        vi.Record("x1", [0.0, 1.5], [0.1, 0.2], sigma=0.1),
+        vi.Record("x1", [0.0, 1.0], [0.1, 0.3], sigma=0.1),
+        vi.Record("x1", [0.0, 1.0], [0.1, 0.2], sigma=0.2),
+        vi.Record("x1", [0.0, 1.0], [0.1, 0.2]),
+        vi.Record("x1", [0.0, 1.0], [0.1, 0.2], sigma=0.1, name="laser"),
+        "x1",
+    ]
+    assert all(one != other for other in others)
+
+
 def test_empty_cells_after_the_last_column_are_no_matter(tmp_path):
     path = tmp_path / "rig.csv"
     path.write_text("time,x1\n0,1,\n1,2,,\n", encoding="utf-8")

@@ -153,8 +153,38 @@ def test_a_missing_impact_is_told_with_its_time():
 
 def test_a_number_of_a_function_that_is_called_like_a_coordinate_is_refused():
     record = vi.measure(RUN, "x1", sampling=0.2, noise=0.01)
-    with pytest.raises(vi.ParameterError, match=r"^unknown = 'x1' is not allowed;"):
-        vi.fit(record, lambda x1=0.6: SYSTEM.replace(gap=x1 / 2), unknown=["x1"], initial=START)
+
+    def halved(x1=0.6):
+        return SYSTEM.replace(gap=x1 / 2)
+
+    said = r"^unknown = 'x1' is not allowed; .*: x1 is the name of a coordinate of the start$"
+    with pytest.raises(vi.ParameterError, match=said):
+        vi.fit(record, halved, unknown=["x1"], initial=START)
+
+
+def test_what_no_machine_comes_of_is_told():
+    record = vi.measure(RUN, "x1", sampling=0.2, noise=0.01)
+    said = "at k = 0.5: the function gave None; allowed: a vibroimpact.System or a vibroimpact.Stru"
+    with pytest.raises(vi.ParameterError, match=f"^{said}"):
+        vi.fit(record, lambda k: None, unknown={"k": (0, 1)}, initial=START)
+
+
+@pytest.mark.parametrize(
+    ("initial", "said"),
+    [
+        (
+            (0, 1, 2),
+            "initial of shape (3,) is not allowed; allowed: one start, (x1, v1, x2, v2) of",
+        ),
+        ([START, START], "initial of shape (2, 4) is not allowed; allowed: one start, (x1, v1, x2"),
+        (3.0, "initial = 3.0 is not allowed; allowed: one start"),
+        (("a", 0, 0, 0), "initial[0] = 'a' is not allowed; allowed: a real number, not text"),
+    ],
+)
+def test_another_start_than_one_is_refused(initial, said):
+    record = vi.Record("x1", [0.0, 1.0], [0.0, 0.4])
+    with pytest.raises(vi.StateError, match=f"^{re.escape(said)}"):
+        vi.fit(record, SYSTEM, unknown=["gap"], initial=initial)
 
 
 @pytest.mark.parametrize(

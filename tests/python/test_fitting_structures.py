@@ -87,6 +87,31 @@ def test_a_beam_whose_modes_its_points_do_not_tell_has_no_accelerations():
         vi.measure(run, "a_0", sampling=0.1)
 
 
+def test_coordinates_that_cannot_change_alone_are_no_unknowns():
+    run = vi.simulate(BEAM, initial=np.zeros((2, 3)), periods=5)
+    record = vi.measure(run, "q_0", sampling=0.1, noise=1e-3)
+    said = "is not allowed; allowed: a coordinate of the start that can change alone; of a struct"
+    for unknown, named in (("v_0", "v_0"), ("start", "q_0")):
+        with pytest.raises(vi.ParameterError, match=f"^unknown = '{named}' {said}"):
+            vi.fit(record, BEAM, unknown=["gap", unknown], initial=run.initial)
+        with pytest.raises(vi.ParameterError, match=f"^unknown = '{named}' {said}"):
+            vi.expected_errors(run, record, unknown=[unknown])
+
+
+@pytest.mark.parametrize(
+    ("initial", "said"),
+    [
+        ([0, 1, 2], r"initial of shape \(3,\) .* one start, rows q and v of shape \(2, 3\)$"),
+        (np.zeros((5, 2, 3)), r"initial of shape \(5, 2, 3\) .* one start, rows q and v"),
+        (np.zeros((3, 2)), r"initial of shape \(3, 2\) .* did you mean its transpose\?$"),
+    ],
+)
+def test_another_start_than_one_is_refused(initial, said):
+    record = vi.measure(RUN, "q_0", sampling=0.1, noise=1e-3)
+    with pytest.raises(vi.StateError, match=f"^{said}"):
+        vi.fit(record, MASSES, unknown=["gap"], initial=initial)
+
+
 def chain(k=1.0, r=0.7, gap=0.3) -> vi.Structure:
     """The same with a spring between the first two, and the stop of the third."""
     return vi.Structure(

@@ -173,10 +173,11 @@ def test_unknown_attributes_are_named(function, said):
 
 
 def test_an_end_that_moves_and_is_no_section_is_refused():
-    options = {"initial": START, "periods": 3, "section_phase": 1.0}
-    with pytest.raises(vi.ParameterError, match="give time"):
-        vi.gradient(lambda run: run.final_state.x1, PAPER, ["drive_frequency"], **options)
-    vi.gradient(lambda run: run.final_state.x1, PAPER, ["gap"], **options)
+    for option in ({"section_phase": 1.0}, {"keep": 0}):
+        options = {"initial": START, "periods": 3} | option
+        with pytest.raises(vi.ParameterError, match=r"give time, or .* keep of at least 1"):
+            vi.gradient(lambda run: run.final_state.x1, PAPER, ["drive_frequency"], **options)
+        vi.gradient(lambda run: run.final_state.x1, PAPER, ["gap"], **options)
 
 
 def test_an_integral_over_chatter_is_refused():

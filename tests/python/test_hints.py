@@ -25,6 +25,7 @@ REQUIRED = {
 SYSTEM = vi.System(**REQUIRED, moment_amplitude=1.0)
 START = (0.0, 0.5, 0.0, 0.0)
 RUN = vi.simulate(SYSTEM, initial=START, periods=6)
+HEARD = vi.measure(RUN, "impact_times", noise=0.01)
 STRUCTURE = structure()
 REST = np.zeros((2, STRUCTURE.coordinates))
 
@@ -42,6 +43,8 @@ REST = np.zeros((2, STRUCTURE.coordinates))
         (lambda: RUN.resume(period=3), "periods"),
         (lambda: RUN.plot(perods=3), "periods"),
         (lambda: SYSTEM.plot(phse=0.0), "phase"),
+        (lambda: vi.fit(HEARD, SYSTEM, names=["gap"], initial=START), "unknown"),
+        (lambda: vi.expected_errors(RUN, HEARD, parameters=["gap"]), "unknown"),
         (lambda: vi.System(**REQUIRED, mu=0.1), "friction"),
         (lambda: SYSTEM.replace(omega=2.0), "drive_frequency"),
         (lambda: vi.System.from_physical(M1=1.0), "pendulum_mass"),
@@ -186,6 +189,7 @@ def test_other_names_lead_to_arguments_that_exist():
             vi.Stop,
             vi.simulate,
             vi.sweep,
+            vi.fit,
         )
         for name in inspect.signature(call).parameters
     }

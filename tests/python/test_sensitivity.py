@@ -495,5 +495,6 @@ def test_times_outside_of_the_window_are_refused():
     found = vi.simulate(DAMPED, initial=START, periods=3).sensitivity("gap")
     with pytest.raises(vi.ParameterError, match="kept window"):
         found.trajectory([1.0, 1e3])
-    with pytest.raises(vi.ParameterError, match="t"):
-        found.trajectory(np.nan)
+    for wrong in (np.nan, "a", None):
+        with pytest.raises(vi.ParameterError, match=r"^t = .* allowed: a finite number, or an arr"):
+            found.trajectory(wrong)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import sizes
+import systems
 import vibroimpact as vi
 from ctrl_c import asks_of, ctrl_c_at
 from random_structures import FAMILIES
@@ -310,6 +311,31 @@ def test_a_kept_window_has_the_derivatives_of_the_whole():
 def test_bad_names_and_directions_are_refused(names, directions, named):
     with pytest.raises(vi.ParameterError, match=named):
         pressed_run().sensitivity(*names, **directions)
+
+
+def test_coordinates_that_cannot_change_alone_are_refused():
+    run = vi.simulate(BEAM, initial=REST[3], periods=2)
+    with pytest.raises(vi.ParameterError, match=r"^names = 'v_0' .* alone; .*\{'v': shapes @ p\}"):
+        run.sensitivity("v_0")
+    with pytest.raises(vi.ParameterError, match=r"^a\['q'\] = .*; allowed: shapes @ p"):
+        run.sensitivity(a={"q": [1.0, 0.0, 0.0]})
+    found = run.sensitivity(a={"v": BEAM.shapes @ [1.0, 0.0]})
+    assert found.final_state.shape == (6, 1)
+
+
+def run_of_a_system():
+    """A short run of a system, which is no structure."""
+    return vi.simulate(systems.PAPER, initial=(0, 0.5, 0, 0), time=3)
+
+
+@pytest.mark.parametrize("make", [pressed_run, run_of_a_system])
+def test_units_are_refused_and_arrays_are_read_only(make):
+    run = make()
+    with pytest.raises(TypeError, match=r"^sensitivity\(\) takes no units=: derivatives are "):
+        run.sensitivity("gap", units="SI")
+    found = run.sensitivity("gap")
+    for rows in (found.trajectory(1.0), found.trajectory([1.0, 2.0]), found.final_state):
+        assert not rows.flags.writeable
 
 
 def test_a_drive_that_stands_still_has_no_phase():

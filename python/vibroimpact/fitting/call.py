@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import count, number, pair, reject, several
-from ..errors import Interrupted, ParameterError, StateError
+from ..errors import Interrupted, ParameterError
 from ..interruption import interruptible
 from ..machine import Machine
 from ..machine_kinds import is_maker
@@ -22,6 +22,7 @@ from ..made import (
     defaults_of,
     is_coordinate,
     machine_made,
+    of_start,
     varied,
 )
 from ..run_record import AnyRun
@@ -146,7 +147,7 @@ def fit(
     """
     records = _records(record)
     machine = _machine(system, unknown)
-    start = _one_start(machine, initial)
+    start = np.array(machine._one_start(initial)).ravel()
     scales = machine._chosen(units)
     if scales is not None:
         records = [record._in_units_of(scales) for record in records]
@@ -297,7 +298,7 @@ def _machine(system: Any, unknown: Any) -> Any:
     check_names(system, [name for name, _ in own], least=False)
     for name, _ in given:
         if is_coordinate(name) and name in guesses:
-            allowed = "another name of that number of the function: this one is of the start"
+            allowed = f"another name for this argument of the function: {of_start(name)}"
             reject("unknown", name, allowed)
     for name, limits in own:
         if limits is not None:
@@ -350,14 +351,6 @@ def _check_start(problem: Problem) -> None:
     run = simulated(machine, initial=start, time=_MOMENT * machine._usual_period)
     basis = basis_of(machine, unknowns.names[: unknowns.machine])
     basis.with_coordinates(unknowns.names[unknowns.machine :]).of(run)
-
-
-def _one_start(system: Machine, initial: Any) -> Array:
-    """Return one start, flat."""
-    states = system._starts(initial)
-    if states.ndim != system._AXES:
-        raise StateError(f"initial of shape {states.shape} is not allowed; allowed: one start")
-    return np.array(states, dtype=np.float64).ravel()
 
 
 def _check_records(records: list[Record], system: Machine) -> None:

@@ -35,6 +35,8 @@ _KINDS = re.compile(r"impact_times(_[0-9]{1,6})?|[xva][12]|[qva]_[0-9]{1,6}")
 _MOST = 1e50
 # What columns are set off by.
 _DELIMITERS = (";", "\t", ",")
+# What to do about a file of another encoding.
+_NOT_UTF_8 = "this file is not in UTF-8: save it anew as CSV UTF-8"
 # Lines of a file beyond which no record is read.
 _MOST_LINES = 10_000_000
 
@@ -246,6 +248,21 @@ class Record(FixedArrays, Shown):
         times = self.times / scales.time
         return Record(self.kind, times, values, sigma=sigma, resolution=shortest, name=self.name)
 
+    def __eq__(self, other: object) -> bool:
+        """Whether both have the same rows, to the last bit, and the same name."""
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        return self._identity == other._identity
+
+    def __hash__(self) -> int:
+        """Return the hash of what ``==`` compares."""
+        return hash(self._identity)
+
+    @property
+    def _identity(self) -> tuple[Any, ...]:
+        rows = (None if each is None else each.tobytes() for each in (self.values, self.sigma))
+        return (self.kind, self.times.tobytes(), *rows, self.resolution, self.name)
+
     def __len__(self) -> int:
         """Return the number of rows."""
         return len(self.times)
@@ -356,6 +373,8 @@ def _columns(
     except StopIteration:
         raise ParameterError(f"{file}: no line of column names") from None
     names = [cell.strip() for cell in header]
+    if "\0" in "".join(names):
+        reject("path", file, f"text, in UTF-8; {_NOT_UTF_8}")
     places = {}
     for what, column in columns.items():
         if names.count(column) > 1:
@@ -365,6 +384,8 @@ def _columns(
             read_as = "".join(names)
             other = next((one for one in _DELIMITERS if one != delimiter and one in read_as), None)
             hint = "" if other is None else f": is delimiter={other!r} meant?"
+            # What stands for bytes that are no UTF-8.
+            hint += f"; {_NOT_UTF_8}" if "\ufffd" in read_as else ""
             reject(what, column, f"a column of {file}, for the {what}; it has {known}{hint}")
         places[what] = names.index(column)
     read: dict[str, list[float]] = {what: [] for what in columns}

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import in_short, number, pair, reject
-from ..errors import ParameterError
+from ..errors import ParameterError, StateError
 from ..machine import Machine, first_of_each
 from ..made import Made, numbers_of, value_of, varied
 from .ranges import natural_range
@@ -92,6 +92,7 @@ def unknowns_of(given: Any, machine: Any, initial: Array) -> Unknowns:
     start = [name for name in ranges if name in coordinates]
     names = (*own, *start)
     places = tuple(coordinates.index(name) for name in start)
+    _need_free(machine, start)
     low, high = np.array([ranges[name] for name in names]).T
     values = np.array([*(value_of(machine, name) for name in own), *initial[list(places)]])
     outside = np.flatnonzero((values < low) | (values > high))
@@ -113,6 +114,18 @@ def unknowns_of(given: Any, machine: Any, initial: Array) -> Unknowns:
         k = int(np.flatnonzero(~np.isfinite(sizes))[0])
         reject(f"unknown[{names[k]!r}]", None, "(low, high) for a number whose first guess is 0")
     return Unknowns(names, len(own), places, low, high, sizes)
+
+
+def _need_free(machine: Any, names: Sequence[str]) -> None:
+    """Refuse coordinates of a start that cannot change alone, as of points that few modes move."""
+    for name in names:
+        alone = np.zeros(len(machine._coordinates_by_name))
+        alone[machine._coordinates_by_name.index(name)] = 1.0
+        try:
+            machine._to_core(alone.reshape(machine._starts_shape))
+        except StateError:
+            allowed = "a coordinate of the start that can change alone; of a structure with more "
+            reject("unknown", name, f"{allowed}points than modes several change together")
 
 
 def known_of(machine: Machine) -> str:

@@ -201,9 +201,7 @@ def _made(
 
 def _started(machine: Machine, values: Mapping[str, float | None], initial: Any) -> Array:
     """Return the start with the values of its coordinates."""
-    start = np.array(machine._starts(initial), dtype=np.float64)
-    if start.ndim != machine._AXES:
-        reject("initial", initial, "one start")
+    start = np.array(machine._one_start(initial))
     flat = start.reshape(-1)
     for place, name in enumerate(machine._coordinates_by_name):
         value = values.get(name)

@@ -202,7 +202,7 @@ class Quantities:
         if moves and not np.array_equal(np.ravel(run.stroboscopic[-1:]), np.ravel(_state(run))):
             raise ParameterError(
                 "with drive_frequency the end of a run over so many periods moves, and it is no "
-                "section; give time, or section_phase = 0"
+                "section that is kept; give time, or section_phase = 0 and keep of at least 1"
             )
         state = found.stroboscopic[-1] if moves else found.final_state
         time = self._period_moves(run.final_state.time) if self._in_periods else None
