@@ -18,8 +18,27 @@ from .interruption import interruptible
 Number = TypeVar("Number", bound=np.generic)
 
 
+class Compared(ABC):
+    """An object that is compared and hashed by what it holds."""
+
+    @property
+    @abstractmethod
+    def _identity(self) -> tuple[Any, ...]:
+        """What is compared, such that it can be hashed."""
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both hold the same numbers, choices and names."""
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        return self._identity == other._identity
+
+    def __hash__(self) -> int:
+        """Return the hash of what ``==`` compares."""
+        return hash(self._identity)
+
+
 @interruptible
-class ByValue(ABC):
+class ByValue(Compared):
     """An object that is the values of its fields."""
 
     # What errors call it, the arguments that stand for several fields, and the fields that have no
@@ -136,16 +155,6 @@ class ByValue(ABC):
     def _identity(self) -> tuple[Any, ...]:
         compared = (item for item in self._fields().items() if item[0] not in self._NOT_COMPARED)
         return tuple((name, _comparable(value)) for name, value in compared)
-
-    def __eq__(self, other: object) -> bool:
-        """Whether both have the same numbers and choices."""
-        if not isinstance(other, type(self)):
-            return NotImplemented
-        return self._identity == other._identity
-
-    def __hash__(self) -> int:
-        """Return the hash of what ``==`` compares."""
-        return hash(self._identity)
 
     def __repr__(self) -> str:
         """Return the call that makes the object."""

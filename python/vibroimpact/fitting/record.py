@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import array_of, as_floats, in_short, naming, positive, reject
 from ..arguments import path as checked_path
+from ..by_value import Compared
 from ..errors import ParameterError
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
@@ -55,7 +56,7 @@ def stop_of(kind: str) -> int | None:
 
 @interruptible
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Record(FixedArrays, Shown):
+class Record(Compared, FixedArrays, Shown):
     """A record of a motion: what was measured, when, and with what standard error.
 
     Times count from the start of the motion, t = 0, and are in the units of the machine: those of a
@@ -247,16 +248,6 @@ class Record(FixedArrays, Shown):
         shortest = None if self.resolution is None else self.resolution / scales.time
         times = self.times / scales.time
         return Record(self.kind, times, values, sigma=sigma, resolution=shortest, name=self.name)
-
-    def __eq__(self, other: object) -> bool:
-        """Whether both have the same rows, to the last bit, and the same name."""
-        if not isinstance(other, type(self)):
-            return NotImplemented
-        return self._identity == other._identity
-
-    def __hash__(self) -> int:
-        """Return the hash of what ``==`` compares."""
-        return hash(self._identity)
 
     @property
     def _identity(self) -> tuple[Any, ...]:
