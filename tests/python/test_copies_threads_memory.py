@@ -19,6 +19,7 @@ from small_results import (
     START,
     branch,
     branch_proof,
+    folder,
     grid_basins,
     motion,
     motions,
@@ -319,3 +320,14 @@ def test_memory_does_not_grow_with_the_number_of_calls(refused):
     some(2000 // len(QUICK))
     gc.collect()
     assert _resident() - before < LEAKS
+
+
+def test_spectra_are_compared_by_their_numbers():
+    def made(periods):
+        return vi.lyapunov_spectrum(ROUGH, initial=START, periods=periods, keep=20)
+
+    found, again = made(40), vi.load(folder() / "spectrum.npz")
+    assert again == found
+    assert hash(again) == hash(found)
+    assert made(41) != found
+    assert found != "spectrum"
