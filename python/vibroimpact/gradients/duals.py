@@ -170,6 +170,8 @@ class Dual(NDArrayOperatorsMixin):
             return func(*map(value_of, args), **kwargs)
         if func not in FUNCTIONS:
             raise TypeError(f"numpy.{func.__name__} has no derivative; those that have: {KNOWN}")
+        if kwargs.get("out") is not None:
+            _lost_in(func)
         rule = FUNCTIONS[func]
         signature = inspect.signature(rule)
         try:
@@ -187,6 +189,10 @@ def _lost(what: str) -> NoReturn:
         f"a number of a run that carries its derivatives cannot become {what}, which would lose "
         "them; use functions of NumPy on it, and numpy.stack to put several into an array"
     )
+
+
+def _lost_in(function: Callable[..., Any]) -> NoReturn:
+    raise TypeError(f"numpy.{function.__name__} with out would lose the derivatives")
 
 
 def value_of(number: Any) -> Any:
@@ -208,7 +214,10 @@ def linear(function: Callable[..., Any], *args: Any, **options: Any) -> Dual:
     count = next(each.slope.shape[-1] for each in _duals(args))
 
     def at(pick: Callable[[Dual], Array]) -> Any:
-        return function(*(_part(each, pick) for each in args), **options)
+        found = function(*(_part(each, pick) for each in args), **options)
+        if any(found is each for each in args):
+            _lost_in(function)
+        return found
 
     def column(k: int) -> Any:
         return at(lambda dual: dual.slope[..., k])
@@ -242,8 +251,6 @@ def _as_linear(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*args: Any, **options: Any) -> Any:
         if any(True for _ in _duals(options.values())):
             raise TypeError(f"numpy.{function.__name__}: give what carries derivatives first")
-        if "out" in options:
-            raise TypeError(f"numpy.{function.__name__} with out= would lose the derivatives")
         return linear(function, *args, **options)
 
     return call
@@ -251,6 +258,8 @@ def _as_linear(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _bilinear(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(a: Any, b: Any, *args: Any, **options: Any) -> Any:
+        if any(isinstance(each, np.ndarray) for each in args):
+            _lost_in(function)
         parts = []
         if isinstance(a, Dual):
             parts.append(linear(lambda x: function(x, value_of(b), *args, **options), a))
