@@ -201,6 +201,8 @@ def test_comparisons_are_those_of_the_values():
     [
         lambda x: float(x[0, 0]),
         lambda x: int(x[0, 0]),
+        lambda x: round(x[0, 0]),
+        lambda x: round(x[0, 0], 2),
         lambda x: math.sin(x[0, 0]),
         lambda x: np.array(x),
         lambda x: np.fft.fft(x),

@@ -116,5 +116,7 @@ def test_some_of_the_impacts_are_chosen_as_rows_of_their_table():
 def test_what_a_run_has_without_derivatives_is_refused_with_what_it_has():
     with pytest.raises(AttributeError, match=r"^energy_audit has no derivatives; allowed: run, "):
         of_system(lambda run: run.energy_audit())
+    with pytest.raises(AttributeError, match=r"^impacts have no time; columns are taken by name: "):
+        of_system(lambda run: run.impacts.time)
     with pytest.raises(vi.ParameterError, match=r"^rate = 3 "):
         of_system(lambda run: run.integral(3))

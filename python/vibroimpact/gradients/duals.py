@@ -135,6 +135,10 @@ class Dual(NDArrayOperatorsMixin):
         """Refuse to be a whole number."""
         _lost("an int")
 
+    def __round__(self, _: int | None = None) -> NoReturn:
+        """Refuse to be rounded."""
+        _lost("a rounded number")
+
     __complex__ = __float__
 
     # How NumPy asks for operations.

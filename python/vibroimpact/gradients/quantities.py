@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,6 +91,10 @@ class Rows:
                 return column
         known = ", ".join(self._columns)
         raise ParameterError(f"impacts[{key!r}] has no derivatives; allowed: {known}")
+
+    def __getattr__(self, name: str) -> NoReturn:
+        """Say how columns are taken."""
+        raise AttributeError(f"impacts have no {name}; columns are taken by name: impacts['time']")
 
 
 class End:
