@@ -325,11 +325,10 @@ def _row_lengths(given: Any) -> str:
     return f"; its rows have {', '.join(str(n) if n else 'no' for n in rows)} entries"
 
 
-def refuse_kind(
-    name: str, array: NDArray[Any], *, error: type[ValueError] = ParameterError
-) -> NoReturn:
-    """Refuse an array that is none of real numbers: by its first entry, as where text is in it."""
-    for place, entry in np.ndenumerate(array):
+def refuse_kind(name: str, given: Any, *, error: type[ValueError] = ParameterError) -> NoReturn:
+    """Refuse what is no array of real numbers: by its first entry that is none, such as text."""
+    # Beside one text, NumPy takes all entries for texts.
+    for place, entry in np.ndenumerate(np.asarray(given, dtype=object)):
         if not isinstance(entry, Real) or isinstance(entry, bool | np.bool_):
             where = f"{name}[{', '.join(map(str, place))}]" if place else name
             text = isinstance(entry, str)
@@ -338,7 +337,8 @@ def refuse_kind(
                 f"{where} = {shown} is not allowed; allowed: a real number"
                 f"{', not text' if text else ''}"
             )
-    raise error(f"{name} of type {array.dtype} is not allowed; allowed: real numbers")
+    kind = np.asarray(given).dtype
+    raise error(f"{name} of type {kind} is not allowed; allowed: real numbers")
 
 
 def states(initial: Any, name: str = "initial") -> NDArray[np.float64]:
@@ -349,7 +349,7 @@ def states(initial: Any, name: str = "initial") -> NDArray[np.float64]:
         shown = f"{name} of shape {array.shape}" if array.ndim else f"{name} = {initial!r}"
         raise StateError(f"{shown} is not allowed; allowed: {wanted}")
     if array.dtype.kind not in "iuf":
-        raise StateError(f"{name} = {initial!r} is not allowed; allowed: finite numbers {wanted}")
+        refuse_kind(name, initial, error=StateError)
     result = as_floats(array)
     finite = np.isfinite(result)
     if not finite.all():
@@ -378,7 +378,7 @@ def starts(initial: Any, count: int, name: str = "initial") -> NDArray[np.float6
         turned = ", did you mean its transpose?" if array.shape == (count, 2) else ""
         raise StateError(f"{shown} is not allowed; allowed: {wanted}{turned}")
     if array.dtype.kind not in "iuf":
-        refuse_kind(name, array, error=StateError)
+        refuse_kind(name, initial, error=StateError)
     result = as_floats(array)
     finite = np.isfinite(result)
     if not finite.all():
@@ -426,7 +426,7 @@ def vector(
         array = np.repeat(array, length)
     _check_shape(name, array, length, ", or one number for all" if spread else "")
     if array.dtype.kind not in "iuf" and array.size > 0:
-        refuse_kind(name, array)
+        refuse_kind(name, values)
     result = as_floats(array)
     _check_finite(name, result)
     return result
@@ -473,7 +473,7 @@ def matrix(
         shown = _shape_of(name, array)
         raise ParameterError(f"{shown} is not allowed; allowed: shape {wanted}{more}")
     if array.dtype.kind not in "iuf":
-        refuse_kind(name, array)
+        refuse_kind(name, values)
     result = as_floats(array)
     _check_finite(name, result)
     return result

@@ -180,7 +180,7 @@ class Machine(ByValue, Shown):
             turned = ", did you mean its transpose?" if array.shape == shape[::-1] else ""
             raise StateError(f"initial{shown} is not allowed; allowed: {wanted}{turned}")
         if array.dtype.kind not in "iuf":
-            refuse_kind("initial", array, error=StateError)
+            refuse_kind("initial", initial, error=StateError)
         return self._starts(array)
 
     @abstractmethod

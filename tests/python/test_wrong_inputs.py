@@ -96,6 +96,20 @@ def test_one_bad_start_among_many_is_named_by_its_place():
 
 
 @pytest.mark.parametrize(
+    ("initial", "place", "shown"),
+    [
+        ((0, "a", 0, 0), "[1]", "'a'"),
+        ([START, (0, 0.5, None, 0)], "[1, 2]", "None"),
+        ((0, 0, 0, 1j), "[3]", "1j"),
+    ],
+)
+def test_what_is_no_number_in_a_start_is_named_by_its_place(initial, place, shown):
+    said = f"^{re.escape(f'initial{place} = {shown} is not allowed; allowed: a real number')}"
+    with pytest.raises(vi.StateError, match=said):
+        vi.simulate(PAPER, initial=initial, periods=1)
+
+
+@pytest.mark.parametrize(
     ("place", "bad", "message"),
     [
         (1, (1.5, 0, 0, 0), r"^starts\[1\]: the initial state is penetrating: "),
