@@ -124,7 +124,10 @@ test: | rust-tests-begun $(INSTALLED)
 # The tests in Rust are built and run while the environment is built, which is mostly waiting for pip
 # and for the linker of the extension. Their output follows when both are done.
 RUST_TESTS := target/rust-tests
-.PHONY: rust-tests-begun
+.PHONY: rust-tests-built rust-tests-begun
+rust-tests-built: | check-tools
+	cargo test --locked --lib --tests --no-run
+
 rust-tests-begun: | check-tools
 	@mkdir -p target && rm -f $(RUST_TESTS).passed
 	@echo 'Rust tests: built and run in the background, output follows ($(RUST_TESTS).log)'
