@@ -80,8 +80,8 @@ def test_with_as_many_unknowns_as_rows_large_residuals_are_told():
 
 
 def test_a_record_that_starts_late_is_fitted():
-    # Found by a search over random machines: six searches do not find it.
-    random = np.random.default_rng(9071)
+    # Found by a search over random machines: one search does not find it.
+    random = np.random.default_rng(9031)
     u = random.uniform
     system = vi.System(
         mass_ratio=u(0.3, 2),
@@ -97,7 +97,7 @@ def test_a_record_that_starts_late_is_fitted():
     run = vi.simulate(system, initial=(0, 0.2, 0, 0), periods=60)
     begin = run.final_state.time * u(0.5, 0.6)
     at = begin + system.drive_period / 30 * np.arange(360)
-    values = vi.measure(run, "x1", at=at, noise=0.01, seed=9071).values
+    values = vi.measure(run, "x1", at=at, noise=0.01, seed=9031).values
     record = vi.Record("x1", at - begin, values, sigma=0.01)
     guess = system.replace(
         restitution=min(0.97, system.restitution * u(0.9, 1.1)), gap=system.gap * u(0.9, 1.1)
@@ -111,11 +111,12 @@ def test_a_record_that_starts_late_is_fitted():
     assert "cannot be told apart" not in str(few)
 
 
-def test_a_sigma_that_is_much_too_large_is_told():
+@pytest.mark.parametrize(("sigma", "verdict"), [(0.03, "fits"), (100.0, "not identifiable")])
+def test_a_sigma_that_is_much_too_large_is_told(sigma, verdict):
     record = vi.measure(RUN, "x1", sampling=0.2, noise=0.01)
-    wide = vi.Record("x1", record.times, record.values, sigma=0.03)
+    wide = vi.Record("x1", record.times, record.values, sigma=sigma)
     found = vi.fit(wide, SYSTEM, unknown=["gap"], initial=START)
-    assert found.verdict == "fits"
+    assert found.verdict == verdict
     assert "the residuals are much smaller than the stated sigma: is sigma right?" in found.reasons
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import count, number, pair, reject, several
-from ..errors import Interrupted, ParameterError
+from ..errors import Interrupted, ParameterError, SimulationError
 from ..interruption import interruptible
 from ..machine import Machine
 from ..machine_kinds import is_maker
@@ -34,10 +34,10 @@ from .determined import ExpectedErrors
 from .judgement import judged
 from .measuring import need_run
 from .minimum import Found
-from .prediction import kinds_in_words, kinds_of
+from .prediction import kinds_in_words, kinds_of, sizes_in
 from .problem import Point, Problem, Window
 from .profile import bent, rises
-from .record import Record
+from .record import Record, is_heard
 from .result import Fit
 from .search import Search
 from .sigmas import estimated, first_sigmas
@@ -55,6 +55,8 @@ _MOST_ROUNDS, _STEADY = 6, 0.01
 _SHARE, _ALIKE = 1e-3, 1e-12
 # Part of a period of a run that only looks whether there can be one.
 _MOMENT = 1e-9
+# Periods of the first motion that tell the sizes of the coordinates.
+_SOON = 20.0
 # Draws of a start of which a function makes no machine.
 _MOST_DRAWS = 50
 # Times that a search goes on from a lower minimum beside the one that it has found.
@@ -109,8 +111,9 @@ def fit(
     starts
         How many starts of the search are tried, until one fits with residuals that are not
         improbably large: the first guesses; these once more, with the first rows leading, each
-        within its error before the next ones count; then random ones, in the ranges or, where there
-        are none, around the guesses and the best so far; phases anywhere in their ranges.
+        within its error before the next ones count; for times of impacts from values with which the
+        motion has as many, one for each; then random ones, in the ranges or, where there are none,
+        around the guesses and the best so far; phases anywhere in their ranges.
     seed
         Of the random starts.
     units
@@ -162,6 +165,8 @@ def fit(
     problem = Problem(machine, start, unknowns, records)
     _check_start(problem)
     given = unknowns.values_of(machine, start)
+    problem = _sized(problem, given)
+    hears = any(is_heard(each.kind) for each in records)
     best: Fit | None = None
     try:
         for turn in range(starts):
@@ -170,6 +175,8 @@ def fit(
             around = given if turn % 2 == 0 or best is None else best.estimates
             part = _PARTS[turn % len(_PARTS)]
             values = given if turn < 2 else _drawn(problem, around, part, random)
+            if turn == 2 and hears:
+                values = _in_order(problem, given, loss)
             found = _fitted(problem, values, loss, slow=turn == 1)
             if best is None or _is_better(found, best):
                 best = found
@@ -258,6 +265,7 @@ def expected_errors(
     if evaluation is None or evaluation.missing:
         reject("record", record, "times of impacts, and times, that this motion has")
     found = Found(point, window, evaluation, 0.0, True, True, 0)
+    search.take_sizes(values, evaluation)
     search.expect(found)
     derived = search.along(found)
     if derived is None:
@@ -265,13 +273,14 @@ def expected_errors(
             "the run has an event at which derivatives do not exist, such as a graze; no errors "
             "can be expected of it"
         )
-    known = determination(derived.derivative, derived.changes, unknowns.scales, 1.0)
+    sizes = search.problem.unknowns.scales
+    known = determination(derived.derivative, derived.changes, sizes, 1.0)
     return ExpectedErrors(
         names=unknowns.names,
         estimates=values,
         covariance=known.covariance,
         standard_errors=known.errors,
-        sizes=unknowns.scales.copy(),
+        sizes=sizes.copy(),
         combinations=known.open,
         combination_errors=known.open_errors,
         rows=sum(map(len, records)),
@@ -353,6 +362,23 @@ def _check_start(problem: Problem) -> None:
     basis.with_coordinates(unknowns.names[unknowns.machine :]).of(run)
 
 
+def _sized(problem: Problem, values: Array) -> Problem:
+    """Return the problem with the sizes of coordinates in the motion at the first guesses."""
+    machine, initial = problem.machine, problem.initial
+    end = max(float(each.times[-1]) for each in problem.records)
+    period = machine._usual_period
+    try:
+        run = simulated(
+            machine,
+            initial=initial.reshape(machine._starts_shape),
+            time=min(max(end, _MOMENT * period), _SOON * period),
+        )
+    except SimulationError:  # the search tells
+        return problem
+    sizes = sizes_in([run], initial)
+    return replace(problem, unknowns=problem.unknowns.sized(values, sizes))
+
+
 def _check_records(records: list[Record], system: Machine) -> None:
     """Refuse kinds that the machine does not have, and times that cannot be meant."""
     kinds = kinds_of(system)
@@ -393,6 +419,17 @@ def _drawn(problem: Problem, around: Array, part: float, random: np.random.Gener
     return around
 
 
+def _in_order(problem: Problem, values: Array, loss: str) -> Array:
+    """Return values that fit if each impact of a record is the next one of the motion.
+
+    Nothing is skipped then, so a guess with which impacts come far too early or late, and too many
+    of them, is led to the right number.
+    """
+    ordered = replace(problem, in_order=True)
+    found = Search(ordered, first_sigmas(problem.records), loss, slow=True).run(values)
+    return values if found is None else found.point.values
+
+
 def _fitted(problem: Problem, values: Array, loss: str, slow: bool) -> Fit:
     """Return the fit of one start of the search, with its verdict."""
     sigmas = first_sigmas(problem.records)
@@ -411,7 +448,9 @@ def _fitted(problem: Problem, values: Array, loss: str, slow: bool) -> Fit:
         found = search.again(found, sigmas)
         if max(changes) < _STEADY:
             break
-    fit = judged(problem, search, found, values)
+    if found is not None:
+        search.take_sizes(found.point.values, found.evaluation)
+    fit = judged(search, found, values)
     for _ in range(_MOST_LOWER):
         if found is None or fit.verdict != "fits" or loss != "linear":
             break
@@ -420,7 +459,8 @@ def _fitted(problem: Problem, values: Array, loss: str, slow: bool) -> Fit:
         if deeper is None or deeper.cost >= found.cost:
             return replace(fit, profile=profile, reasons=(*fit.reasons, *bent(fit.names, profile)))
         found = deeper
-        fit = judged(problem, search, found, values)
+        search.take_sizes(found.point.values, found.evaluation)
+        fit = judged(search, found, values)
     return fit
 
 

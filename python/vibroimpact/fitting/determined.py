@@ -59,9 +59,10 @@ class Determined(FixedArrays, Shown):
     def undetermined(self) -> list[dict[str, float]]:
         """The combinations that the record leaves open: how much of each unknown is in one.
 
-        An unknown counts in units of its size (its value at the start of the search, at least 0.1,
-        at most its range): ``sizes``. A combination is open if its standard error is larger than 1
-        in these units; small parts are left out.
+        An unknown counts in units of its size: ``sizes``. That is its value, at the start of the
+        search or at its end if it is larger there, and at least 0.1; of a coordinate of the start
+        how large it becomes in the motion; and at most the range. A combination is open if its
+        standard error is larger than 1 in these units; small parts are left out.
         """
         return [
             {

@@ -30,17 +30,22 @@ Array = NDArray[np.float64]
 
 # A test with less probability by chance speaks against the model.
 _LEAST_PROBABILITY = 1e-3
+# Less probable things are all told alike.
+_LEAST_SHOWN = 1e-99
 # Residuals of this part of what there was to explain, by medians, explain little.
 _UNEXPLAINED = 0.3
 # A value or interval is in other units if it is so many times what the machine does.
 _OTHER_UNITS = 15.0
+# A record of so many rows and turns at least goes with a frequency of which it has this part.
+_LEAST_RHYTHM, _LEAST_TURNS, _RHYTHM = 8, 4.0, 0.5
 # A robust loss leaves out residuals beyond so many standard errors; of more than this part of the
 # others they are no outliers.
 _OUTLIER, _MOST_OUTLIERS = 4.0, 0.25
 
 
-def judged(problem: Problem, search: Search, found: Found | None, values: Array) -> Fit:
+def judged(search: Search, found: Found | None, values: Array) -> Fit:
     """Return the fit of a search, with its verdict."""
+    problem = search.problem
     unknowns = problem.unknowns
     rows = sum(map(len, problem.records))
     count = len(unknowns.names)
@@ -127,7 +132,8 @@ def judged(problem: Problem, search: Search, found: Found | None, values: Array)
             said.append("there are no more rows than unknowns: nothing tells their errors")
     if verdict != "fits":
         said += _units(problem, found)
-    elif common["dof"] and probability is not None and probability > 1.0 - _LEAST_PROBABILITY:
+    tiny = probability is not None and probability > 1.0 - _LEAST_PROBABILITY
+    if tiny and dof and verdict in ("fits", "not identifiable"):
         said.append("the residuals are much smaller than the stated sigma: is sigma right?")
     low, high = unknowns.low, unknowns.high
     ends = (point <= low) | (point >= high)
@@ -207,16 +213,21 @@ def _reasons(
         for test, told in _TESTS:
             chance = test(bounded(z))
             if chance * tests < _LEAST_PROBABILITY:
-                said = f"the residuals of {record.name} are not random: {told} (p = {chance:.1e})"
+                said = f"the residuals of {record.name} are not random: {told} ({_by(chance)})"
                 reasons.append(("systematic residuals", said))
     for record, residuals in zip(problem.records, found.evaluation.residuals, strict=True):
         if record.sigma is None and (said := _unexplained(record, residuals)):
             reasons.append(("residuals too large", said))
     if probability is not None and probability < _LEAST_PROBABILITY:
         verdict: Verdict = "residuals too large"
-        said = f"the residuals are larger than the stated sigma (p = {probability:.1e})"
+        said = f"the residuals are larger than the stated sigma ({_by(probability)})"
         reasons.append((verdict, said))
     return reasons
+
+
+def _by(chance: float) -> str:
+    """Return a probability; one that is no number of its own any more, as less than another."""
+    return f"p = {chance:.1e}" if chance >= _LEAST_SHOWN else f"p < {_LEAST_SHOWN:.0e}"
 
 
 def _at(times: list[float]) -> str:
@@ -253,9 +264,9 @@ def _verdict(reasons: list[_Reason]) -> Verdict:
 
 def _units(problem: Problem, found: Found | None) -> list[str]:
     """Return sentences on records that seem to be in other units than the machine."""
+    said = [each for record in problem.records for each in _clocks(problem, record)]
     if found is None:
-        return []
-    said = []
+        return said
     for record, predicted in zip(problem.records, found.evaluation.predicted, strict=True):
         kept = predicted[np.isfinite(predicted)]
         if is_heard(record.kind):
@@ -280,3 +291,41 @@ def _units(problem: Problem, found: Found | None) -> list[str]:
                 "in other units?"
             )
     return said
+
+
+def _clocks(problem: Problem, record: Record) -> list[str]:
+    """Return why times may be in other units, or the drive frequency in Hz."""
+    machine, times = problem.machine, record.times
+    said, period = [], machine._usual_period
+    if not is_heard(record.kind) and len(record) > 1:
+        apart, whole = float(np.median(np.diff(times))), float(times[-1] - times[0])
+        if apart > period or whole < period / _OTHER_UNITS:
+            said.append(
+                f"the rows of {record.name} are {apart:.3g} apart, {whole:.3g} in all, and a "
+                f"period of the machine is {period:.3g}: are the times in other units?"
+            )
+    drive, known = machine.drive_frequency, "drive_frequency" not in problem.unknowns.names
+    if known and drive > 0.0 and _rhythm(record, drive) < _RHYTHM:
+        others = [(2.0 * np.pi, "is it in Hz? 2 pi times that is meant")]
+        others.append((0.5 / np.pi, "was it multiplied by 2 pi once too often?"))
+        strength, by, meant = max((_rhythm(record, drive * by), by, meant) for by, meant in others)
+        if strength > _RHYTHM:
+            said.append(
+                f"{record.name} goes with the frequency {drive * by:.6g}, and drive_frequency is "
+                f"{drive:.6g}: {meant}"
+            )
+    return said
+
+
+def _rhythm(record: Record, frequency: float) -> float:
+    """Return which part of a record goes with a frequency, from 0 to 1; 0 of a short record."""
+    turns = np.exp(1j * frequency * record.times)
+    if len(turns) < _LEAST_RHYTHM or frequency * np.ptp(record.times) < _LEAST_TURNS * 2.0 * np.pi:
+        return 0.0
+    if is_heard(record.kind):
+        return float(np.abs(turns.mean()))
+    waves = np.column_stack([turns.real, turns.imag, np.ones(len(turns))])
+    values = record.values / (np.abs(record.values).max() or 1.0)
+    left = values - waves @ np.linalg.lstsq(waves, values, rcond=None)[0]
+    spread = values - values.mean()
+    return 1.0 - float(left @ left) / (float(spread @ spread) or 1.0)

@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 # Of more kinds a message names the first and the last.
 _MOST_LISTED = 12
+# Samples of a run that tell how large its coordinates become, at least this part of the largest.
+_SAMPLES, _LEAST_SIZE = 200, 0.05
 # Step of differences of the accelerations, which are smooth and cheap, in sizes of the numbers.
 _STEP = 6e-6
 # Step in time, as part of the shortest period, of differences of velocities in contact.
@@ -57,6 +59,22 @@ def states_at(run: Any, times: Array) -> Array:
     inside = np.clip(times, run.kept_from, run.final_state.time)
     states: Array = run.trajectory(inside).reshape(len(times), np.size(run.initial))
     return states
+
+
+def sizes_in(runs: Sequence[Any], initial: Array) -> Array:
+    """Return how large each coordinate becomes in runs, or is in a start."""
+    rows = [np.abs(initial)]
+    for run in runs:
+        times = np.linspace(run.kept_from, run.final_state.time, _SAMPLES)
+        rows.append(np.abs(states_at(run, times)).max(axis=0))
+    sizes: Array = np.max(rows, axis=0)
+    names = runs[0].system._coordinates_by_name
+    for kind in "xqv":  # coordinates, and velocities, have units in common
+        mine = [place for place, name in enumerate(names) if name[0] == kind]
+        if mine:
+            most = float(sizes[mine].max()) or 1.0
+            sizes[mine] = np.maximum(sizes[mine], _LEAST_SIZE * most)
+    return sizes
 
 
 def predicted(run: Any, kind: str, times: Array) -> Array:

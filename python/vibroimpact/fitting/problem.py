@@ -134,12 +134,19 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Problem:
-    """A machine with a start, records, and what is looked for."""
+    """A machine with a start, records, and what is looked for.
+
+    Attributes
+    ----------
+    in_order
+        Whether the impacts of a record are the first ones of the motion, whatever their times.
+    """
 
     machine: Any
     initial: Array
     unknowns: Unknowns
     records: Sequence[Record]
+    in_order: bool = False
 
     def evaluate(self, point: Point, window: Window) -> Evaluation | None:
         """Return the residuals of a point; None where there is no motion of this kind."""
@@ -248,6 +255,10 @@ class Problem:
         if not is_heard(record.kind):
             return None
         could = heard_in(run, record.kind, record.resolution)
+        if self.in_order:
+            first = np.full(rows.stop - rows.start, MISSING)
+            first[: len(could)] = could[: len(first)]
+            return first
         found = aligned(
             record.times[rows],
             _reach(record)[rows],

@@ -18,7 +18,7 @@ from ..tables import EventKind
 from .alignment import intervals
 from .jumps import WIDTHS, jumps, widened, without_edges
 from .minimum import Found, Minimiser
-from .prediction import states_at
+from .prediction import sizes_in, states_at
 from .problem import Evaluation, Point, Problem, Window
 from .record import Record, is_heard
 from .statistics import are_negligible, bounded, determination, ljung_box
@@ -43,8 +43,6 @@ _MOST_ROUNDS = 4
 # Random changes of a minimum that does not fit: the mean square of its residuals in standard errors
 # is larger than the first, or they are random with less than the second probability.
 _HOPS, _FAR_TOO_LARGE, _NOT_RANDOM = 4, 2.0, 1e-8
-# The size of a coordinate is at least this part of that of the largest.
-_LEAST_SIZE = 0.05
 # A prediction agrees with a time of an impact to this part of the intervals beside it, and with a
 # value to this part of the standard deviation of all; or to so many standard errors.
 _TIME_AGREES, _VALUE_AGREES, _ERRORS_AGREE = 0.25, 0.3, 6.0
@@ -89,7 +87,7 @@ class Search(Minimiser):
             first = self.problem.evaluate(start, whole)
             if first is None:
                 return None
-        self._take_sizes(first)
+        self.take_sizes(values, first)
         work = sum(len(run.impacts) for run in first.runs)
         self.most = int(np.clip(_MOST_WORK // max(1, work), _LEAST_STEPS, _MOST_STEPS))
         rows = max(rows, self._agrees(first, whole))
@@ -225,20 +223,11 @@ class Search(Minimiser):
         least = 1e-3 * self.problem.machine._usual_period
         return Window(borders, max(end, least))
 
-    def _take_sizes(self, found: Evaluation) -> None:
-        """Set the sizes of the coordinates, in whose units starts of segments are."""
-        rows = [np.abs(self.problem.initial)]
-        for run in found.runs:
-            times = np.linspace(run.kept_from, run.final_state.time, 200)
-            rows.append(np.abs(states_at(run, times)).max(axis=0))
-        found_sizes = np.max(rows, axis=0)
-        names = self.problem.machine._coordinates_by_name
-        for kind in "xqv":  # coordinates, and velocities, have units in common
-            mine = [place for place, name in enumerate(names) if name[0] == kind]
-            if mine:
-                most = float(found_sizes[mine].max()) or 1.0
-                found_sizes[mine] = np.maximum(found_sizes[mine], _LEAST_SIZE * most)
-        self.sizes = found_sizes
+    def take_sizes(self, values: Array, found: Evaluation) -> None:
+        """Set the units of steps by the motion at some values."""
+        self.sizes = sizes_in(found.runs, self.problem.initial)
+        unknowns = self.problem.unknowns.sized(values, self.sizes)
+        self.problem = replace(self.problem, unknowns=unknowns)
 
     # How far a prediction agrees.
 

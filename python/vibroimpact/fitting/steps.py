@@ -48,19 +48,25 @@ def null_space(constraint: Array) -> tuple[Array, Array, Array]:
 def step(linear: Linear, damping: float, weight: Array, low: Array, high: Array) -> Array:
     """Return the step d; variables whose bounds stop them are held at these.
 
-    ``weight`` is the diagonal of D.
+    ``weight`` is the diagonal of D. It goes towards the minimum up to the first bound, holds the
+    variable there, and goes on: so it lowers what is minimised, wherever it has to end.
     """
-    size = linear.derivative.shape[1]
     held = low >= high
     place = np.where(held, low, 0.0)
     for _ in range(_MOST_ROUNDS):
-        found = _free_step(linear, damping, weight, held, place)
-        beyond = ~held & ((found < low) | (found > high))
-        if not beyond.any() or held.sum() + beyond.sum() >= size - len(linear.defects):
+        move = _free_step(linear, damping, weight, held, place) - place
+        ends = np.where(move > 0.0, high, low)
+        beyond = ~held & (np.abs(move) > np.abs(ends - place))
+        if not beyond.any():
+            return place + move
+        parts = np.abs((ends - place)[beyond] / move[beyond])
+        place = place + float(parts.min()) * move
+        stopped = np.flatnonzero(beyond)[parts <= parts.min()]
+        place[stopped] = ends[stopped]
+        held[stopped] = True
+        if held.sum() >= len(held) - len(linear.defects):
             break
-        place = np.where(beyond, np.clip(found, low, high), place)
-        held |= beyond
-    return np.clip(found, low, high)
+    return np.clip(place, low, high)
 
 
 def _free_step(

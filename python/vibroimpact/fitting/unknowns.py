@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,7 @@ class Unknowns:
     low, high
         Ends of their ranges, infinite where there are none.
     scales
-        What counts as a large change of each.
+        What counts as a large change of each: its size, and of a coordinate that of the motion.
     """
 
     names: tuple[str, ...]
@@ -56,6 +56,14 @@ class Unknowns:
         start = initial.copy()
         start[list(self.coordinates)] = values[self.machine :]
         return start
+
+    def sized(self, values: Array, motion: Array) -> Unknowns:
+        """Return them with scales of at least these values, and the sizes of these coordinates."""
+        sizes = np.maximum(self.scales, np.abs(values))
+        own = slice(self.machine, None)
+        sizes[own] = np.maximum(sizes[own], motion[list(self.coordinates)])
+        width = self.high - self.low
+        return replace(self, scales=np.minimum(sizes, np.where(np.isfinite(width), width, np.inf)))
 
     def values_of(self, machine: Any, initial: Array) -> Array:
         """Return the values that a machine and its start have."""
