@@ -98,6 +98,16 @@ class Scales:
         return self.length / self.time
 
     @property
+    def angular_acceleration(self) -> float:
+        """omega_2^2 in rad/s^2: unit of x1''."""
+        return 1.0 / self.time**2
+
+    @property
+    def acceleration(self) -> float:
+        """Length times omega_2^2 in m/s^2: unit of x2''."""
+        return self.length / self.time**2
+
+    @property
     def impulse(self) -> float:
         """M1 l omega_2 in N s: unit of the impulses of impacts."""
         return self.mass * self.length / self.time
@@ -162,11 +172,19 @@ COLUMN_UNITS: Mapping[str, tuple[str, str]] = {
     **dict.fromkeys(("v1", "v1_pre", "v1_post"), ("frequency", "rad/s")),
     "x2": ("length", "m"),
     **dict.fromkeys(("v2", "v2_pre", "v2_post", "approach_velocity"), ("speed", "m/s")),
+    "a1": ("angular_acceleration", "rad/s²"),
+    "a2": ("acceleration", "m/s²"),
     **dict.fromkeys(("impulse_normal", "impulse_tangential"), ("impulse", "N s")),
     **dict.fromkeys(("normal_force", "tangential_force"), ("force", "N")),
     "energy_loss": ("energy", "J"),
     **dict.fromkeys(("x1", "phase"), ("", "rad")),
 }
+
+
+def unit_of(column: str, scales: Scales | None) -> float:
+    """Return the unit of a column in SI; 1 of one that has none, and without scales."""
+    unit = COLUMN_UNITS.get(column, ("", ""))[0]
+    return getattr(scales, unit) if unit and scales is not None else 1.0
 
 
 # Where scales come from.

@@ -21,7 +21,7 @@ from ..by_value import Compared
 from ..errors import ParameterError
 from ..fixed_arrays import FixedArrays
 from ..interruption import interruptible
-from ..scales import Scales
+from ..scales import Scales, unit_of
 from ..showing import Facts, Shown, counted
 from ..stop import numbered
 
@@ -238,12 +238,9 @@ class Record(Compared, FixedArrays, Shown):
 
     def _in_units_of(self, scales: Scales) -> Record:
         """Return a record in SI as a dimensionless one."""
-        if is_heard(self.kind):
-            values, unit = None, scales.time
-        else:
-            order = "xva".index(self.kind[0])
-            unit = (scales.length if self.kind[1:] == "2" else 1.0) / scales.time**order
-            values = self.values / unit
+        heard = is_heard(self.kind)
+        unit = unit_of("time" if heard else self.kind, scales)
+        values = None if heard else self.values / unit
         sigma = None if self.sigma is None else self.sigma / unit
         shortest = None if self.resolution is None else self.resolution / scales.time
         times = self.times / scales.time

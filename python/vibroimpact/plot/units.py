@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..run import Run
 from ..run_in_si import times_of_run
-from ..scales import COLUMN_UNITS, Scales, Units, chosen
+from ..scales import COLUMN_UNITS, Scales, Units, chosen, unit_of
 from ..system import System
 from .axis_names import STATE_NAMES, in_unit, of_bodies
 from .curve import shown_window
@@ -42,8 +42,7 @@ class AxisUnits:
 
     def factor(self, column: str) -> float:
         """Return the factor of a column such as ``v1_pre``, ``time``, ``normal_force``."""
-        unit = COLUMN_UNITS.get(column, ("", ""))[0]
-        return getattr(self.scales, unit) if unit and self.scales is not None else 1.0
+        return unit_of(column, self.scales)
 
     def table(self, rows: NDArray[np.void]) -> NDArray[np.void]:
         """Return a table of impacts in these units."""

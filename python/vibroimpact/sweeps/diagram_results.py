@@ -5,7 +5,7 @@ stroboscopic_offset[i] : stroboscopic_offset[i + 1] of the stroboscopic states. 
 those of Han, Jin & Hu (2004), eq. (48); see the theory page, section 6.
 """
 
-from abc import ABC, abstractmethod
+from abc import ABC
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, get_args
 
@@ -16,7 +16,7 @@ from ..arguments import reject
 from ..interruption import interruptible
 from ..run import Run, read_only
 from ..structure_run import StructureRun
-from ..tables import frame
+from ..tables import Table, frame, of_columns
 from ..verbs import verb
 from .columns import Columns
 from .results import GridResult
@@ -181,9 +181,16 @@ class AnyDiagram(GridResult, ABC, Generic[RunT]):
         before = {"point": of_point, "branch": self.branch[of_point]}
         return frame({**before, name: self.parameter[of_point], **columns})
 
-    @abstractmethod
     def _impact_columns(self) -> dict[str, Any]:
-        """Return columns of all impacts, each of one number per row."""
+        columns: dict[str, Any] = {}
+        impacts = np.asarray(self.impacts)
+        for name in impacts.dtype.names or ():
+            column = impacts[name]
+            if column.ndim == 1:
+                columns[name] = column
+            else:
+                columns |= {f"{name}_{place}": row for place, row in enumerate(column.T)}
+        return columns
 
     def _flat(self, name: str) -> NDArray[Any]:
         array = self.columns[name]
@@ -277,6 +284,18 @@ class AnyDiagram(GridResult, ABC, Generic[RunT]):
         return self.columns["stroboscopic"]
 
     @property
+    def impacts(self) -> Table:
+        """Kept impacts of all points one after another, a table: of a system its columns below.
+
+        Of structures the columns of ``StructureRun.impacts``. Point i owns the rows offset[i] :
+        offset[i + 1].
+        """
+        (impacts, _) = self._machine.row_groups
+        columns = {entry.name: self.columns[entry.name] for entry in impacts.fields}
+        names = {"impact_phase": "phase"}
+        return of_columns({names.get(name, name): rows for name, rows in columns.items()})
+
+    @property
     def impact_parameter(self) -> NDArray[np.float64]:
         """The parameter value of each impact row, shape (rows,): the abscissa of a scatter."""
         return read_only(np.repeat(self.parameter, np.diff(self.offset)))
@@ -307,10 +326,6 @@ class Diagram(AnyDiagram[Run]):
     """
 
     kind = "diagram"
-
-    def _impact_columns(self) -> dict[str, Any]:
-        names = ("x1", "v1", "v2", "phase", "approach_velocity", "energy_loss", "regime")
-        return {each: getattr(self, each) for each in names}
 
     @property
     def x1(self) -> NDArray[np.float64]:

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
 from ..interruption import interruptible
 from ..structure_run import StructureRun
 from ..structure_run_parts import IMPACT_COLUMNS
-from ..tables import Table, of_columns
 from .diagram_results import AnyDiagram
 
 
@@ -32,25 +27,3 @@ class StructureDiagram(AnyDiagram[StructureRun]):
 
     def _columns(self) -> dict[str, tuple[str, ...]]:
         return {"impacts": IMPACT_COLUMNS}
-
-    @property
-    def impacts(self) -> Table:
-        """Kept impacts of all points one after another: the columns of ``StructureRun.impacts``.
-
-        Point i owns the rows offset[i] : offset[i + 1].
-        """
-        (impacts, _) = self._machine.row_groups
-        columns = {entry.name: self.columns[entry.name] for entry in impacts.fields}
-        names = {"impact_phase": "phase"}
-        return of_columns({names.get(name, name): rows for name, rows in columns.items()})
-
-    def _impact_columns(self) -> dict[str, Any]:
-        columns: dict[str, Any] = {}
-        impacts = np.asarray(self.impacts)
-        for name in impacts.dtype.names or ():
-            column = impacts[name]
-            if column.ndim == 1:
-                columns[name] = column
-            else:
-                columns |= {f"{name}_{place}": row for place, row in enumerate(column.T)}
-        return columns
