@@ -148,7 +148,7 @@ impl Differentiated {
         let anchor = Anchor::after_impact(here.clock, here.state);
         // Those that the run has skipped, as far as they are needed.
         let mut skipped = impacts_hop_by_hop(&self.system, anchor, clock);
-        while !best.as_ref().is_some_and(Limit::has_slopes) {
+        while !best.as_ref().is_some_and(|best| best.has_converged() && best.has_slopes()) {
             let Some(Event::Impact(impact)) = skipped.next() else { break };
             let impact = FollowedImpact::found(&self.system, &impact);
             let (before, u) = self.strike(&mut here, &impact, impact.clock)?;
