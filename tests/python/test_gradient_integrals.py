@@ -70,6 +70,54 @@ def test_kinks_of_the_rate_itself_are_found():
     assert slopes == pytest.approx([20], rel=1e-12)
 
 
+def _turns(run):
+    """Return the times at which the velocity of body 1 is 0, between samples of all flights."""
+    times = np.linspace(0.0, run.final_state.time, 20_001)
+    low = np.flatnonzero(np.diff(np.sign(run.trajectory(times)[:, 1])) != 0)
+    hits = run.impacts["time"]
+    free = [not ((times[k] <= hits) & (hits <= times[k + 1])).any() for k in low]
+    begin, end = times[low[free]], times[low[free] + 1]
+    signs = np.sign(run.trajectory(begin)[:, 1])
+    for _ in range(60):
+        middle = 0.5 * (begin + end)
+        same = np.sign(run.trajectory(middle)[:, 1]) == signs
+        begin, end = np.where(same, middle, begin), np.where(same, end, middle)
+    return begin
+
+
+@pytest.mark.parametrize("gap", np.linspace(0.1, 0.6, 26).round(2).tolist())
+def test_kinks_anywhere_between_events_are_found(gap):
+    # A path is the sum of those between turns and impacts.
+    body = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2,
+        restitution=0.8,
+        gap=gap,
+        drive_frequency=1.3,
+        moment_amplitude=1.2,
+        friction=0.4,
+        damping=(0.02, 0.03),
+    )
+    options = {"initial": (0, 0.5, 0, 0), "time": 18.0}
+    run = vi.simulate(body, **options)
+    turns = _turns(run)
+    order = np.argsort([*turns, *run.impacts["time"]])
+
+    def path(run):
+        places = np.concatenate([run.trajectory(turns)[:, 0], run.impacts["x1"]])[order]
+        places = np.concatenate([run.initial[:1], places, np.stack([run.final_state.x1])])
+        return np.sum(np.abs(np.diff(places)))
+
+    def integral(run):
+        return run.integral(lambda t, states: np.abs(states[:, 1]))
+
+    names = ["gap", "restitution"]
+    exact, exact_slopes = vi.gradient(path, body, names, **options)
+    value, slopes = vi.gradient(integral, body, names, **options)
+    assert value == pytest.approx(exact, rel=1e-12)
+    assert slopes == pytest.approx(exact_slopes, rel=1e-6, abs=1e-6)
+
+
 def test_the_end_of_a_structure_has_places_and_velocities():
     structure = vi.Structure(
         [[1, 0], [0, 2]],
