@@ -39,6 +39,7 @@ from .problem import Point, Problem, Window
 from .profile import bent, rises
 from .record import Record, is_heard
 from .result import Fit
+from .rivals import is_better, is_one, is_settled, with_rivals
 from .search import Search
 from .sigmas import estimated, first_sigmas
 from .statistics import LOSSES, determination
@@ -65,8 +66,6 @@ _MOST_LOWER = 4
 _PARTS = (1.0, 0.1, 0.3, 0.02)
 # From this part on phases are drawn anywhere: of an angle a guess that is wrong says little.
 _FAR = 0.3
-# A fit whose residuals are so improbable is one if no other start of the search gives a better one.
-_DOUBTFUL = 0.05
 _RANGE = "(low, high), two numbers with low < high"
 # Starts of the search at most.
 _MOST_STARTS = 1000
@@ -110,10 +109,11 @@ def fit(
         ``"cauchy"``, with constants for 95 % efficiency at normal errors (``"soft_l1"`` between).
     starts
         How many starts of the search are tried, until one fits with residuals that are not
-        improbably large: the first guesses; these once more, with the first rows leading, each
-        within its error before the next ones count; for times of impacts from values with which the
-        motion has as many, one for each; then random ones, in the ranges or, where there are none,
-        around the guesses and the best so far; phases anywhere in their ranges.
+        improbably large and errors that are linear ones: the first guesses; these once more, with
+        the first rows leading, each within its error before the next ones count; for times of
+        impacts from values with which the motion has as many, one for each; then random ones, in
+        the ranges or, where there are none, around the guesses and the best so far; phases anywhere
+        in their ranges.
     seed
         Of the random starts.
     units
@@ -168,6 +168,7 @@ def fit(
     problem = _sized(problem, given)
     hears = any(is_heard(each.kind) for each in records)
     best: Fit | None = None
+    tried: list[Fit] = []
     try:
         for turn in range(starts):
             # Near the best one, and near the first guesses, in turn: a search often ends beside
@@ -178,16 +179,18 @@ def fit(
             if turn == 2 and hears:
                 values = _in_order(problem, given, loss)
             found = _fitted(problem, values, loss, slow=turn == 1)
-            if best is None or _is_better(found, best):
+            tried.append(found)
+            if best is None or is_better(found, best):
                 best = found
-            if found.verdict in ("fits", "not identifiable") and not _is_doubtful(found):
+            if is_settled(found):
                 break
     except (Interrupted, KeyboardInterrupt) as stopped:
         held = "nothing" if best is None else "the best fit so far"
         raise Interrupted("interrupted while fitting", best, holds=held) from stopped
     assert best is not None
+    best = with_rivals(best, tried)
     _need_scales(best.machine, scales)
-    if best.verdict not in ("fits", "not identifiable"):
+    if not is_one(best):
         many = counted(starts, "search", ending="es")
         advice = f"this is the best of {many}; starts={min(5 * starts, _MOST_STARTS)} makes more"
         best = replace(best, reasons=(*best.reasons, advice))
@@ -462,32 +465,3 @@ def _fitted(problem: Problem, values: Array, loss: str, slow: bool) -> Fit:
         search.take_sizes(found.point.values, found.evaluation)
         fit = judged(search, found, values)
     return fit
-
-
-def _is_better(one: Fit, other: Fit) -> bool:
-    """Whether a fit is better than another one of the same records."""
-    ranks = {"fits": 0, "not identifiable": 0, "residuals too large": 1}
-    first, second = (ranks.get(each.verdict, 2) for each in (one, other))
-    if first != second:
-        return first < second
-    return _misfit(one) < _misfit(other)
-
-
-def _is_doubtful(found: Fit) -> bool:
-    """Whether residuals are so large that another minimum may be the right one."""
-    return found.probability is not None and found.probability < _DOUBTFUL
-
-
-def _misfit(found: Fit) -> float:
-    """Return how far predictions are off, in the same units whatever sigma was taken for.
-
-    Infinitely far where there is no motion that predicts the record, or one without derivatives.
-    """
-    if found.verdict == "not converged" and np.isinf(found.standard_errors).all():
-        return math.inf
-    sizes = [max(float(np.std(record.values)), 1e-12) for record in found.records]
-    parts = [
-        float(np.mean(np.minimum((residuals / size) ** 2, 1e6)))
-        for residuals, size in zip(found.residuals, sizes, strict=True)
-    ]
-    return sum(parts)

@@ -24,9 +24,9 @@ _HALVINGS = 24
 def integral(rate: Callable[[Array], Dual], edges: Array, longest: float, count: int) -> Dual:
     """Return the integral over all edges of a rate that is smooth between them.
 
-    By Lobatto's rule in panels no longer than this, which are halved until it sees all that the rate
-    and its ``count`` derivatives do in each. The ends of a panel are nodes, or a kink near one would
-    lie between the nodes of both panels beside it, and none of them see it.
+    By Lobatto's rule in panels no longer than this, which are halved until it sees all that the
+    rate and its ``count`` derivatives do in each. The ends of a panel are nodes, or a kink near one
+    would lie between the nodes of both panels beside it, and neither see it.
     """
     nodes, weights, last = _lobatto()
     begins, widths, within = _panels(edges, longest)

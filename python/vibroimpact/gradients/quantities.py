@@ -232,9 +232,9 @@ class Quantities:
     def integral(self, rate: Callable[[Any, Any], Any]) -> Dual:
         """Return the integral of ``rate(times, states)`` over the kept window.
 
-        By Lobatto's rule between events, in panels that are halved until it sees all of the rate: to
-        some 1e-13 for smooth rates, and 1e-7 with kinks, as of ``abs``. An impact that
-        comes later has a part in the derivative, where the rate jumps. The rate must not jump by
+        By Lobatto's rule between events, in panels that are halved until it sees all of the rate:
+        to some 1e-13 for smooth rates, and 1e-7 with kinks, as of ``abs``. An impact that comes
+        later has a part in the derivative, where the rate jumps. The rate must not jump by
         itself between events, as with ``np.where``: the derivative would lack that jump. Runs with
         complete chatter are refused: they have infinitely many impacts.
 
