@@ -99,7 +99,8 @@ def fitted(machines: int, first: int = 0) -> tuple[Counter[str], dict[str, np.nd
         found = vi.fit(drawn.record, drawn.guess, unknown=UNKNOWN, initial=drawn.initial)
         verdicts[found.verdict] += 1
         if found.verdict in off:
-            linear = not any("is no linear one" in reason for reason in found.reasons)
+            bent = ("is no linear one", "another motion may be the right one")
+            linear = not any(text in reason for reason in found.reasons for text in bent)
             said = found.verdict if linear or found.verdict != "fits" else NOT_LINEAR
             off[said] += deviations(found, drawn.run).tolist()
     return verdicts, {verdict: np.array(each) for verdict, each in off.items()}

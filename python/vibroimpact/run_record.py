@@ -20,6 +20,7 @@ from .horizons import horizon
 from .interruption import interruptible
 from .machine import Machine
 from .period_report import PeriodReport, as_period_report
+from .quadrature import Integrable
 from .run_parts import Slopes
 from .run_trace import Trace, with_trace, without_trace
 from .scales import Units
@@ -42,7 +43,7 @@ AnyRun: TypeAlias = "RunRecord[Any, Any, Any]"
 
 
 @interruptible
-class RunRecord(Archived, Shown, Generic[MachineT, CoreT, StartT]):
+class RunRecord(Archived, Shown, Integrable, Generic[MachineT, CoreT, StartT]):
     """What a `Run` and a `StructureRun` have alike."""
 
     def __init__(self, core: CoreT, system: MachineT, initial: StartT) -> None:

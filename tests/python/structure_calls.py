@@ -155,6 +155,11 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"t": [moving_run().kept_from]},
             {"t": "times", "forces": "true or false"},
         ),
+        "StructureRun.integral": (
+            vi.simulate(**simulated, periods=2).integral,
+            {"rate": lambda times, states: states[:, 1, 0]},
+            {"rate": "function"},
+        ),
         "StructureRun.bounces": (
             moving_run().bounces,
             {"down_to": 1e-3, "most": 100},

@@ -69,6 +69,7 @@ FIRST = [
 ]
 PYTHON = [
     *FIRST,
+    "quadrature",
     "run_parts",
     "period_report",
     "sensitivity",
@@ -131,6 +132,7 @@ PERMITTED: dict[tuple[str, str], str] = {
 BY_NAME = [REGISTRY, "__init__"]
 # What is handed back: it imports nouns and other results, nothing that computes or draws.
 RESULTS = [
+    "quadrature",
     "run_parts",
     "run_trace",
     "sensitivity",

@@ -40,6 +40,7 @@ ELSEWHERE = {
     **dict.fromkeys(("Run.animate", "StructureRun.animate"), "test_animation.py"),
     "Run.sensitivity": "takes names without keywords; test_sensitivity.py refuses bad ones",
     "StructureRun.sensitivity": "as that of a Run; test_structure_sensitivity.py refuses bad ones",
+    "Run.integral": "that of a StructureRun is the same",
     "explore": "serves a page; test_explorer.py refuses its bad arguments",
     "Attractor.holds": "takes the tails of runs that basins keep, which no caller has",
     **dict.fromkeys(

@@ -90,3 +90,49 @@ def test_times_of_a_trace_in_other_units_are_asked_about(by, told):
     found = vi.fit(other, _rig(), unknown=["gap"], initial=STRUCTURE_START, starts=1)
     (said,) = [each for each in found.reasons if each.endswith("are the times in other units?")]
     assert told in said
+
+
+RIVAL = vi.System(
+    mass_ratio=0.8,
+    frequency_ratio=1.5,
+    restitution=0.7,
+    gap=0.3,
+    drive_frequency=1.2,
+    moment_amplitude=1,
+    friction=0.3,
+    damping=(0.03, 0.05),
+)
+
+
+@pytest.mark.parametrize("seed", [260, 590])
+def test_another_motion_that_explains_a_record_as_well_is_told(seed):
+    # Of eleven times two sequences of impacts have minima of one chi2, and far apart.
+    run = vi.simulate(RIVAL, initial=(0, 0.3, 0.05, 0.1), periods=8)
+    record = vi.measure(run, "impact_times", noise=0.03, seed=seed)
+    guess = RIVAL.replace(restitution=0.6, friction=0.2, gap=0.33)
+    unknown = ["restitution", "friction", "gap"]
+    found = vi.fit(record, guess, unknown=unknown, initial=run.initial)
+    told = [each for each in found.reasons if "another motion may be the right one" in each]
+    assert len(told) == 1
+    assert found.reasons[0] == told[0]
+    off = (found.estimates - [0.7, 0.3, 0.3]) / found.standard_errors
+    assert np.abs(off).max() < 3.0
+    assert found.errors["restitution"] > 0.05
+    assert found.standard_errors == pytest.approx(np.sqrt(np.diag(found.covariance)))
+    # That of one of them alone is much smaller.
+    alone = vi.fit(record, RIVAL, unknown=unknown, initial=run.initial, starts=1)
+    assert alone.errors["restitution"] < 0.03
+
+
+def test_an_error_in_a_flat_valley_is_taken_from_where_chi2_rises():
+    run = vi.simulate(RIVAL, initial=(0, 0.3, 0.05, 0.1), periods=8)
+    record = vi.measure(run, "impact_times", noise=0.06, seed=90)
+    unknown = ["restitution", "friction", "gap"]
+    found = vi.fit(record, RIVAL, unknown=unknown, initial=run.initial, starts=1)
+    (told,) = [each for each in found.reasons if "error of restitution" in each]
+    assert told.endswith("; it is taken from where it does")
+    held = found.machine.replace(
+        restitution=found.values["restitution"] - 2 * found.errors["restitution"]
+    )
+    others = vi.fit(record, held, unknown=unknown[1:], initial=run.initial)
+    assert others.chi2 - found.chi2 == pytest.approx(4.0, abs=2.0)

@@ -43,6 +43,7 @@ def test_impact_times_have_no_values():
 FILES = {
     "": "no line of column names",
     "time,x1\n": "no rows",
+    "0.0,0.1\n0.1,0.2\n": "it has '0.0', '0.1'; a line of column names must come first",
     "t,x1\n0,1\n": "time = 'time' .*for the time; it has 't', 'x1'",
     "time,x1\n0,1\n\n# a remark\n1,two\n": "line 5: 'two' in column 'x1'",
     "time,x1\n0,1\n1,\n": "line 3: an empty cell in column 'x1'",

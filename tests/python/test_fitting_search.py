@@ -143,6 +143,13 @@ def test_weak_impacts_that_are_not_in_a_record_are_told_with_their_time():
     assert "other units" not in str(found)  # the times of the others agree
 
 
+def test_friction_of_a_stop_without_a_direction_of_slip_is_refused():
+    plain = vi.Structure([[1]], [[1]], [vi.Stop([1], 0.2, 0.5)], drive_amplitude=[1])
+    record = vi.Record("q_0", [0.0, 1.0], [0.0, 0.1])
+    with pytest.raises(vi.ParameterError, match=r"^stops\[0\].tangent = None is not allowed"):
+        vi.fit(record, plain, unknown=["friction"], initial=[[0], [0]])
+
+
 def test_a_missing_impact_is_told_with_its_time():
     heard = vi.measure(RUN, "impact_times", noise=2e-3, seed=3)
     between = 0.5 * (heard.times[9] + heard.times[10])

@@ -118,5 +118,7 @@ def test_what_a_run_has_without_derivatives_is_refused_with_what_it_has():
         of_system(lambda run: run.energy_audit())
     with pytest.raises(AttributeError, match=r"^impacts have no time; columns are taken by name: "):
         of_system(lambda run: run.impacts.time)
+    with pytest.raises(vi.ParameterError, match=r"did you mean approach_velocity\?"):
+        of_system(lambda run: run.impacts["aproach_velocity"])
     with pytest.raises(vi.ParameterError, match=r"^rate = 3 "):
         of_system(lambda run: run.integral(3))

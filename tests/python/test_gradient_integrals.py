@@ -118,6 +118,45 @@ def test_kinks_anywhere_between_events_are_found(gap):
     assert slopes == pytest.approx(exact_slopes, rel=1e-6, abs=1e-6)
 
 
+def test_a_run_has_the_integral_of_which_gradients_are_the_derivatives():
+    def work(run):
+        return run.integral(lambda t, states: np.abs(states[:, 1, 0]) * np.cos(t))
+
+    structure = vi.Structure(
+        [[1, 0], [0, 2]], [[2, -1], [-1, 3]], [vi.Stop([1, 1], 0.1, 0.5)], drive_amplitude=[1, 0]
+    ).replace(drive_frequency=1.1)
+    options = {"initial": [[0, 0], [0, 0.5]], "periods": 12, "keep": 5}
+    run = vi.simulate(structure, **options)
+    value, _ = vi.gradient(work, structure, ["gap_0"], **options)
+    assert work(run) == pytest.approx(value, rel=1e-10)
+    with pytest.raises(vi.ParameterError, match=r"^rate = 3 "):
+        run.integral(3)
+    with pytest.raises(
+        vi.ParameterError, match=r"^rate returned shape \([0-9]+, 2, 2\), .* [0-9]+ numbers here"
+    ):
+        run.integral(lambda t, states: states)
+
+
+def test_a_run_that_has_no_end_has_no_integral():
+    machine = vi.System(
+        mass_ratio=0.6,
+        frequency_ratio=2,
+        restitution=0.8,
+        gap=0.5,
+        drive_frequency=1.8,
+        moment_amplitude=1,
+    )
+    run = vi.simulate(machine, initial=(0, 0.5, 0, 0), periods=20, max_events=3)
+    with pytest.raises(vi.ParameterError, match=r"^no integral of a run that has ended early \("):
+        run.integral(lambda t, states: t)
+    ball = machine.replace(
+        mass_ratio=0, frequency_ratio=0, gap=0, drive_frequency=0, contact="direct"
+    )
+    rest = vi.simulate(ball, initial=(-1, 0, 0, 0), time=30)
+    with pytest.raises(vi.ParameterError, match="complete chatter"):
+        rest.integral(lambda t, states: t)
+
+
 def test_the_end_of_a_structure_has_places_and_velocities():
     structure = vi.Structure(
         [[1, 0], [0, 2]],

@@ -457,10 +457,16 @@ def _fitted(problem: Problem, values: Array, loss: str, slow: bool) -> Fit:
     for _ in range(_MOST_LOWER):
         if found is None or fit.verdict != "fits" or loss != "linear":
             break
-        profile, lower = rises(search, found, fit)
+        profile, wider, lower = rises(search, found, fit)
         deeper = None if lower is None else search.again(lower, search.base)
         if deeper is None or deeper.cost >= found.cost:
-            return replace(fit, profile=profile, reasons=(*fit.reasons, *bent(fit.names, profile)))
+            return replace(
+                fit,
+                profile=profile,
+                covariance=fit.covariance * wider[:, None] * wider,
+                standard_errors=fit.standard_errors * wider,
+                reasons=(*fit.reasons, *bent(fit.names, profile)),
+            )
         found = deeper
         search.take_sizes(found.point.values, found.evaluation)
         fit = judged(search, found, values)

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 
 # A test with less probability by chance speaks against the model.
 _LEAST_PROBABILITY = 1e-3
+# Fewer rows than this do not show an order.
+_TESTED = 30
 # Less probable things are all told alike.
 _LEAST_SHOWN = 1e-99
 # Residuals of this part of what there was to explain, by medians, explain little.
@@ -221,6 +223,8 @@ def _reasons(
     if probability is not None and probability < _LEAST_PROBABILITY:
         verdict: Verdict = "residuals too large"
         said = f"the residuals are larger than the stated sigma ({_by(probability)})"
+        if max(map(len, weighted)) < _TESTED:
+            said += "; so few rows do not tell whether they are random"
         reasons.append((verdict, said))
     return reasons
 

@@ -28,26 +28,39 @@ _BENT = 2.0
 _LOWER = 0.05
 # A rise on the straight way that is so near to the linear one needs no fit of the others.
 _ALIKE = 0.25
+# Where it rises less, one goes on to this many times as far, until it does.
+_FARTHEST = 64.0
 # Steps of each fit of the others.
 _MOST_STEPS = 12
 
 
-def rises(search: Search, found: Found, fit: Fit) -> tuple[Array, Found | None]:
+def rises(search: Search, found: Found, fit: Fit) -> tuple[Array, Array, Found | None]:
     """Return the rises of chi2 below and above each unknown, (k, 2), and a lower minimum if met.
 
-    Rises are infinite where there is no machine or no such motion.
+    Rises are infinite where there is no machine or no such motion. Between them: by how many times,
+    (k,), the errors are larger than the linear ones where chi2 rises too little.
     """
     result = np.zeros((len(fit.names), 2))
+    wider = np.ones(len(fit.names))
     lower: Found | None = None
     for k, error in enumerate(fit.standard_errors.tolist()):
         # Along it the others are at their minimum in a linear model.
         way = _ERRORS * fit.covariance[:, k] / error if error > 0.0 else np.zeros(len(fit.names))
         for side, sign in enumerate((-1.0, 1.0)):
-            rise, there = _rise(search, found, sign * way, k)
-            result[k, side] = rise
-            if there is not None and there.cost < (lower or found).cost - _LOWER:
-                lower = there
-    return result, lower
+            far, before, rise = 1.0, 0.0, 0.0
+            while far <= _FARTHEST:
+                rise, there = _rise(search, found, sign * far * way, k)
+                if far == 1.0:
+                    result[k, side] = rise
+                if there is not None and there.cost < (lower or found).cost - _LOWER:
+                    lower = there
+                if not np.isfinite(error) or rise >= (LINEAR / _BENT if far == 1.0 else LINEAR):
+                    break
+                far, before = 2.0 * far, rise
+            if far > 1.0:
+                part = (LINEAR - before) / (rise - before) if LINEAR < rise < np.inf else 1.0
+                wider[k] = max(wider[k], min(0.5 * far * (1.0 + part), _FARTHEST))
+    return result, wider, lower
 
 
 def bent(names: Sequence[str], profile: Array) -> list[str]:
@@ -56,10 +69,12 @@ def bent(names: Sequence[str], profile: Array) -> list[str]:
     for name, (below, above) in zip(names, profile.tolist(), strict=True):
         rises = [rise for rise in (below, above) if np.isfinite(rise)]
         if any(not LINEAR / _BENT <= rise <= LINEAR * _BENT for rise in rises):
-            said.append(
+            told = (
                 f"the error of {name} is no linear one: 2 standard errors below and above chi2 "
                 f"rises by {below:.2g} and {above:.2g}, not 4"
             )
+            wide = min(rises) < LINEAR / _BENT
+            said.append(f"{told}; it is taken from where it does" if wide else told)
     return said
 
 

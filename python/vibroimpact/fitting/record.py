@@ -374,6 +374,9 @@ def _columns(
             hint = "" if other is None else f": is delimiter={other!r} meant?"
             # What stands for bytes that are no UTF-8.
             hint += f"; {_NOT_UTF_8}" if "\ufffd" in read_as else ""
+            hint += (
+                "; a line of column names must come first" if all(map(_is_number, names)) else ""
+            )
             reject(what, column, f"a column of {file}, for the {what}; it has {known}{hint}")
         places[what] = names.index(column)
     read: dict[str, list[float]] = {what: [] for what in columns}
@@ -411,6 +414,14 @@ def _columns(
     if not lines:
         raise ParameterError(f"{file}: no rows of numbers")
     return {what: np.array(column) for what, column in read.items()}, lines
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def _lines(text: Any, delimiter: str, file: str) -> Iterator[tuple[int, list[str]]]:

@@ -106,6 +106,9 @@ def unknowns_of(given: Any, machine: Any, initial: Array) -> Unknowns:
     outside = np.flatnonzero((values < low) | (values > high))
     if len(outside):
         k = int(outside[0])
+        if k < len(own):
+            # A machine that has no such number at all says so.
+            varied(machine, {names[k]: float(np.clip(values[k], low[k], high[k]))})
         raise ParameterError(
             f"{names[k]} = {values[k].item()!r}, from which the search starts, is not allowed; "
             f"allowed: a number in its range, ({low[k]}, {high[k]})"

@@ -294,6 +294,17 @@ def _extreme(place: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
+def _average(a: Any, axis: Any = None, weights: Any = None, *, keepdims: bool = False) -> Any:
+    if weights is None:
+        return np.mean(a, axis=axis, keepdims=keepdims)
+    shape = np.shape(value_of(a))
+    if np.shape(value_of(weights)) != shape:  # one for each row along an axis
+        (along,) = normalize_axis_tuple(axis, len(shape))
+        weights = np.reshape(weights, [-1 if k == along else 1 for k in range(len(shape))])
+    weighted = np.sum(a * weights, axis=axis, keepdims=keepdims)
+    return weighted / np.sum(np.broadcast_to(weights, shape), axis=axis, keepdims=keepdims)
+
+
 def _peak_to_peak(a: Any, axis: Any = None, *, keepdims: bool = False) -> Any:
     return np.max(a, axis=axis, keepdims=keepdims) - np.min(a, axis=axis, keepdims=keepdims)
 
@@ -402,12 +413,13 @@ _LINEAR = (
     *(np.expand_dims, np.concatenate, np.stack, np.vstack, np.hstack, np.column_stack, np.take),
     *(np.broadcast_to, np.flip, np.trace, np.append, np.copy, np.repeat, np.roll, np.tile),
     *(np.atleast_1d, np.atleast_2d, np.swapaxes, np.moveaxis, np.diagonal, np.delete),
-    *(np.insert, np.average),
+    np.insert,
 )
 _BILINEAR = (np.dot, np.inner, np.outer, np.vdot, np.kron, np.convolve, np.cross, np.tensordot)
 FUNCTIONS: dict[Any, Callable[..., Any]] = {
     **{function: _as_linear(function) for function in _LINEAR},
     **{function: _bilinear(function) for function in _BILINEAR},
+    np.average: _average,
     np.max: _extreme(np.argmax),
     np.min: _extreme(np.argmin),
     np.ptp: _peak_to_peak,

@@ -12,17 +12,13 @@ from ..arguments import reject
 from ..by_numbers import Basis
 from ..errors import ParameterError
 from ..made import Made, value_of
+from ..quadrature import check_rate, integral_over, need_whole, rates_at
 from ..sensitivity import OneSided
 from ..stop import OF_DRIVE
-from ..tables import EventKind
 from .duals import Dual, constant
 from .duals import value_of as plain
-from .quadrature import integral
 
 Array = NDArray[np.float64]
-
-# Panels of an integral in the shortest period, at least.
-_PANELS = 4.0
 
 
 class Numbers:
@@ -89,6 +85,8 @@ class Rows:
             column = np.asarray(self._table[key])
             if column.dtype.kind in "iub":
                 return column
+        if key not in self._table.dtype.names:
+            reject("impacts", key, f"a column: {', '.join(self._columns)}", known=[*self._columns])
         known = ", ".join(self._columns)
         raise ParameterError(f"impacts[{key!r}] has no derivatives; allowed: {known}")
 
@@ -201,7 +199,7 @@ class Quantities:
     def final_state(self) -> End:
         """The state at the end."""
         run, found = self.run, self._sensitivity
-        self._need_whole("final_state")
+        need_whole(self.run, "derivatives of final_state")
         moves = self._in_periods and self._basis.frequency.any()
         if moves and not np.array_equal(np.ravel(run.stroboscopic[-1:]), np.ravel(_state(run))):
             raise ParameterError(
@@ -230,39 +228,27 @@ class Quantities:
         return self._chained(self.run.trajectory(t), self._sensitivity.trajectory(t))
 
     def integral(self, rate: Callable[[Any, Any], Any]) -> Dual:
-        """Return the integral of ``rate(times, states)`` over the kept window.
+        """Return the integral of ``rate(times, states)`` over the kept window, as that of a run.
 
-        By Lobatto's rule between events, in panels that are halved until it sees all of the rate:
-        to some 1e-13 for smooth rates, and 1e-7 with kinks, as of ``abs``. An impact that comes
-        later has a part in the derivative, where the rate jumps. The rate must not jump by
-        itself between events, as with ``np.where``: the derivative would lack that jump. Runs with
-        complete chatter are refused: they have infinitely many impacts.
+        An impact that comes later has a part in the derivative, where the rate jumps. The rate must
+        not jump by itself between events, as with ``np.where``: the derivative would lack that
+        jump.
 
         Parameters
         ----------
         rate
             A function of times (j,) and states, as ``trajectory`` returns them; (j,) numbers.
         """
-        if not callable(rate):
-            reject("rate", rate, "a function of times and states")
-        self._need_whole("integral")
+        check_rate(rate)
         run = self.run
-        if (run.contacts["kind"] == EventKind.CHATTER).any():
-            raise ParameterError(
-                "the run has complete chatter: infinitely many impacts, over which no rate is "
-                "integrated"
-            )
-        first, last = run.kept_from, run.final_state.time
-        events = np.asarray(run.events["time"])
-        edges = np.unique(np.clip([first, *events, last], first, last))
-        longest = 2.0 * np.pi / (_PANELS * run.system._fastest)
 
-        def along(times: Array) -> Dual:
-            return self._rates(rate, times, self.trajectory(times))
+        def along(times: Array) -> Array:
+            found = self._rates(rate, times, self.trajectory(times))
+            return np.column_stack([found.value, found.slope])
 
-        total = integral(along, edges, longest, self._count)
+        total, *slopes = integral_over(run, along)
+        slope = np.array(slopes)
         # What an instant that moves takes from one side and gives to the other.
-        slope = total.slope
         if len(run.impacts):
             instants = self.impacts["time"]
             before, after = (
@@ -270,26 +256,19 @@ class Quantities:
                 for states in self.run._beside_impacts()
             )
             slope = slope + (before - after) @ instants.slope
-        ends = [(first, -1.0)] + ([(last, 1.0)] if self._in_periods else [])
+        ends = [(run.kept_from, -1.0)]
+        ends += [(run.final_state.time, 1.0)] if self._in_periods else []
         for time, sign in ends:
             moves = self._period_moves(time).slope
             if moves.any():
                 at = np.array([time])
                 value = plain(self._rates(rate, at, self.trajectory(at)))[0]
                 slope = slope + sign * value * moves
-        return Dual(total.value, slope)
+        return Dual(total, slope)
 
     def _rates(self, rate: Callable[[Any, Any], Any], times: Array, states: Dual) -> Dual:
-        rates = rate(times, states)
-        if np.shape(plain(rates)) != times.shape:
-            reject("rate", plain(rates), f"a function that returns {len(times)} numbers here")
+        rates = rates_at(rate, times, states)
         return rates if isinstance(rates, Dual) else constant(rates, self._count)
-
-    def _need_whole(self, what: str) -> None:
-        if self.run.stop_reason not in ("completed", "rest"):
-            raise ParameterError(
-                f"{what} of a run that has ended early ({self.run.stop_reason}) has no derivatives"
-            )
 
 
 def _state(run: Any) -> Array:
