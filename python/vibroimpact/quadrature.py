@@ -6,11 +6,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from .arguments import reject
 from .errors import ParameterError
+from .interruption import interruptible
 from .tables import EventKind
 
 Array = NDArray[np.float64]
@@ -27,6 +27,7 @@ _TAIL = 1e-7
 _HALVINGS = 24
 
 
+@interruptible
 class Integrable:
     """A run over which rates can be integrated."""
 
@@ -147,6 +148,8 @@ def _lobatto() -> tuple[Array, Array, Array]:
 
     Source: F. B. Hildebrand, *Introduction to Numerical Analysis*, 2nd ed., 1974, section 8.12.
     """
+    from numpy.polynomial import legendre  # here, to keep the import of the package light
+
     degree = _NODES - 1
     highest = np.zeros(_NODES)
     highest[degree] = 1.0

@@ -17,9 +17,11 @@ from drawn_calls import ENDS, SIGNED, SPECIAL, execute, is_short
 from systems import PAPER, ROUGH
 from vibroimpact._core import PARAMETERS
 
-# Of huge numbers, which are drawn too.
+# Of huge numbers, which are drawn too, and of gaps with which some cells have no start.
 pytestmark = pytest.mark.filterwarnings(
-    "ignore:Generating overly large repr", "ignore:gap = .* the tip cannot reach:UserWarning"
+    "ignore:Generating overly large repr",
+    "ignore:gap = .* the tip cannot reach:UserWarning",
+    "ignore:.* and no run, status overlap:UserWarning",
 )
 
 # To make it smaller takes long where a run takes long.

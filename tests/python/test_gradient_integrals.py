@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from systems import PAPER
 
 
 def drift(run):
@@ -138,18 +139,10 @@ def test_a_run_has_the_integral_of_which_gradients_are_the_derivatives():
 
 
 def test_a_run_that_has_no_end_has_no_integral():
-    machine = vi.System(
-        mass_ratio=0.6,
-        frequency_ratio=2,
-        restitution=0.8,
-        gap=0.5,
-        drive_frequency=1.8,
-        moment_amplitude=1,
-    )
-    run = vi.simulate(machine, initial=(0, 0.5, 0, 0), periods=20, max_events=3)
+    run = vi.simulate(PAPER, initial=(0, 0.5, 0, 0), periods=20, max_events=3)
     with pytest.raises(vi.ParameterError, match=r"^no integral of a run that has ended early \("):
         run.integral(lambda t, states: t)
-    ball = machine.replace(
+    ball = PAPER.replace(
         mass_ratio=0, frequency_ratio=0, gap=0, drive_frequency=0, contact="direct"
     )
     rest = vi.simulate(ball, initial=(-1, 0, 0, 0), time=30)

@@ -171,13 +171,15 @@ def fit(
     tried: list[Fit] = []
     try:
         for turn in range(starts):
-            # Near the best one, and near the first guesses, in turn: a search often ends beside
-            # the right minimum, at the border of another sequence of impacts.
-            around = given if turn % 2 == 0 or best is None else best.estimates
-            part = _PARTS[turn % len(_PARTS)]
-            values = given if turn < 2 else _drawn(problem, around, part, random)
-            if turn == 2 and hears:
+            if turn < 2:
+                values = given
+            elif turn == 2 and hears:
                 values = _in_order(problem, given, loss)
+            else:
+                # Near the best one, and near the first guesses, in turn: a search often ends beside
+                # the right minimum, at the border of another sequence of impacts.
+                around = given if turn % 2 == 0 or best is None else best.estimates
+                values = _drawn(problem, around, _PARTS[turn % len(_PARTS)], random)
             found = _fitted(problem, values, loss, slow=turn == 1)
             tried.append(found)
             if best is None or is_better(found, best):
