@@ -36,7 +36,7 @@ from .measuring import need_run
 from .minimum import Found
 from .prediction import kinds_in_words, kinds_of, sizes_in
 from .problem import Point, Problem, Window
-from .profile import bent, rises
+from .profile import LOWER, bent, rises
 from .record import Record, is_heard
 from .result import Fit
 from .rivals import is_better, is_one, is_settled, with_rivals
@@ -180,8 +180,8 @@ def fit(
                 # the right minimum, at the border of another sequence of impacts.
                 around = given if turn % 2 == 0 or best is None else best.estimates
                 values = _drawn(problem, around, _PARTS[turn % len(_PARTS)], random)
-            found = _fitted(problem, values, loss, slow=turn == 1)
-            tried.append(found)
+            found, *others = _fitted(problem, values, loss, slow=turn == 1)
+            tried += [found, *others]
             if best is None or is_better(found, best):
                 best = found
             if is_settled(found):
@@ -435,8 +435,8 @@ def _in_order(problem: Problem, values: Array, loss: str) -> Array:
     return values if found is None else found.point.values
 
 
-def _fitted(problem: Problem, values: Array, loss: str, slow: bool) -> Fit:
-    """Return the fit of one start of the search, with its verdict."""
+def _fitted(problem: Problem, values: Array, loss: str, slow: bool) -> list[Fit]:
+    """Return the fit of one start of the search, with its verdict, and those found beside it."""
     sigmas = first_sigmas(problem.records)
     search = Search(problem, sigmas, loss, slow)
     found = search.run(values)
@@ -456,20 +456,25 @@ def _fitted(problem: Problem, values: Array, loss: str, slow: bool) -> Fit:
     if found is not None:
         search.take_sizes(found.point.values, found.evaluation)
     fit = judged(search, found, values)
+    passed: list[Fit] = []
     for _ in range(_MOST_LOWER):
         if found is None or fit.verdict != "fits" or loss != "linear":
             break
-        profile, wider, lower = rises(search, found, fit)
-        deeper = None if lower is None else search.again(lower, search.base)
-        if deeper is None or deeper.cost >= found.cost:
-            return replace(
+        way = rises(search, found, fit)
+        beside = [search.again(each, search.base) for each in way.beyond]
+        others = [each for each in beside if each is not None]
+        deeper = min(others, key=lambda each: each.cost, default=found)
+        if deeper.cost > found.cost - LOWER:
+            fit = replace(
                 fit,
-                profile=profile,
-                covariance=fit.covariance * wider[:, None] * wider,
-                standard_errors=fit.standard_errors * wider,
-                reasons=(*fit.reasons, *bent(fit.names, profile)),
+                profile=way.profile,
+                covariance=fit.covariance * way.wider[:, None] * way.wider,
+                standard_errors=fit.standard_errors * way.wider,
+                reasons=(*fit.reasons, *bent(fit.names, way.profile)),
             )
+            return [fit, *passed, *(judged(search, each, values) for each in others)]
+        passed.append(fit)
         found = deeper
         search.take_sizes(found.point.values, found.evaluation)
         fit = judged(search, found, values)
-    return fit
+    return [fit, *passed]

@@ -8,7 +8,7 @@ ch. 6.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ _ERRORS, LINEAR = 2.0, 4.0
 # The linear estimate of an error holds if the rise is that one to this factor.
 _BENT = 2.0
 # Another minimum is lower by this cost, half of chi2, at least.
-_LOWER = 0.05
+LOWER = 0.05
 # A rise on the straight way that is so near to the linear one needs no fit of the others.
 _ALIKE = 0.25
 # Where it rises less, one goes on to this many times as far, until it does.
@@ -34,33 +34,61 @@ _FARTHEST = 64.0
 _MOST_STEPS = 12
 
 
-def rises(search: Search, found: Found, fit: Fit) -> tuple[Array, Array, Found | None]:
-    """Return the rises of chi2 below and above each unknown, (k, 2), and a lower minimum if met.
+@dataclass
+class Rises:
+    """What is found on the way from a minimum.
 
-    Rises are infinite where there is no machine or no such motion. Between them: by how many times,
-    (k,), the errors are larger than the linear ones where chi2 rises too little.
+    Attributes
+    ----------
+    profile
+        The rises of chi2 below and above each unknown, (k, 2); infinite where there is no machine
+        or no such motion.
+    wider
+        By how many times the errors are larger than the linear ones where chi2 rises too little,
+        (k,).
+    beyond
+        Where the cost is lower, or the linear estimate does not hold: another minimum may be near.
     """
+
+    profile: Array
+    wider: Array
+    beyond: list[Found]
+
+
+def rises(search: Search, found: Found, fit: Fit) -> Rises:
+    """Return how chi2 rises below and above each unknown, the others fitted anew."""
     result = np.zeros((len(fit.names), 2))
     wider = np.ones(len(fit.names))
-    lower: Found | None = None
+    beyond: list[Found] = []
     for k, error in enumerate(fit.standard_errors.tolist()):
         # Along it the others are at their minimum in a linear model.
         way = _ERRORS * fit.covariance[:, k] / error if error > 0.0 else np.zeros(len(fit.names))
         for side, sign in enumerate((-1.0, 1.0)):
             far, before, rise = 1.0, 0.0, 0.0
+            there: Found | None = None
             while far <= _FARTHEST:
                 rise, there = _rise(search, found, sign * far * way, k)
                 if far == 1.0:
                     result[k, side] = rise
-                if there is not None and there.cost < (lower or found).cost - _LOWER:
-                    lower = there
-                if not np.isfinite(error) or rise >= (LINEAR / _BENT if far == 1.0 else LINEAR):
+                lower = there is not None and there.cost < found.cost - LOWER
+                if (
+                    lower
+                    or not np.isfinite(error)
+                    or rise >= (LINEAR / _BENT if far == 1.0 else LINEAR)
+                ):
                     break
                 far, before = 2.0 * far, rise
+            if there is not None and (lower or not is_linear(result[k, side])):
+                beyond.append(there)
             if far > 1.0:
                 part = (LINEAR - before) / (rise - before) if LINEAR < rise < np.inf else 1.0
                 wider[k] = max(wider[k], min(0.5 * far * (1.0 + part), _FARTHEST))
-    return result, wider, lower
+    return Rises(result, wider, beyond)
+
+
+def is_linear(rise: float) -> bool:
+    """Whether chi2 rises as in a linear model."""
+    return LINEAR / _BENT <= rise <= LINEAR * _BENT
 
 
 def bent(names: Sequence[str], profile: Array) -> list[str]:
@@ -68,7 +96,7 @@ def bent(names: Sequence[str], profile: Array) -> list[str]:
     said = []
     for name, (below, above) in zip(names, profile.tolist(), strict=True):
         rises = [rise for rise in (below, above) if np.isfinite(rise)]
-        if any(not LINEAR / _BENT <= rise <= LINEAR * _BENT for rise in rises):
+        if not all(map(is_linear, rises)):
             told = (
                 f"the error of {name} is no linear one: 2 standard errors below and above chi2 "
                 f"rises by {below:.2g} and {above:.2g}, not 4"
