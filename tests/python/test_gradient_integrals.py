@@ -89,15 +89,8 @@ def _turns(run):
 @pytest.mark.parametrize("gap", np.linspace(0.1, 0.6, 26).round(2).tolist())
 def test_kinks_anywhere_between_events_are_found(gap):
     # A path is the sum of those between turns and impacts.
-    body = vi.System(
-        mass_ratio=0.6,
-        frequency_ratio=2,
-        restitution=0.8,
-        gap=gap,
-        drive_frequency=1.3,
-        moment_amplitude=1.2,
-        friction=0.4,
-        damping=(0.02, 0.03),
+    body = PAPER.replace(
+        gap=gap, drive_frequency=1.3, moment_amplitude=1.2, friction=0.4, damping=(0.02, 0.03)
     )
     options = {"initial": (0, 0.5, 0, 0), "time": 18.0}
     run = vi.simulate(body, **options)
