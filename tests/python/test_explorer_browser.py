@@ -491,7 +491,7 @@ def actions(window, draw):
 
 def test_random_actions_leave_no_error(window):
     draw = random.Random(20041)
-    for _ in range(sizes.either(100, 1000)):
+    for _ in range(sizes.either(40, 1000)):
         actions(window, draw)
     window.set("preset", "value", "choose a preset")
     window.set("preset", "value", "Paper, Fig. 5(a): 1-1")

@@ -6,6 +6,7 @@ import random
 import numpy as np
 import pytest
 
+import sizes
 from chromium import PATIENCE, Records, Window, serving, started
 from explorer_structures import CHAIN, PAIR, ROUGH
 from vibroimpact.explorer import app, compute
@@ -129,7 +130,7 @@ def test_random_actions_on_a_structure_leave_no_error(window):
         "vary": ("gap", "gap_1", DRIVE, "drive_frequency"),
         "simultaneous": ("stop", "sequence", "together"),
     }
-    for _ in range(60):
+    for _ in range(sizes.either(30, 600)):
         kind = draw.choice(("slide", "slide", "type", "choose", "click", "press"))
         if kind == "slide":
             name = draw.choice(fields)

@@ -2,7 +2,6 @@
 
 import ast
 import inspect
-import os
 import re
 import subprocess
 import sys
@@ -95,24 +94,23 @@ SLIPS = {
 def complaints(tmp_path_factory):
     """Return file, line and kind of what mypy --strict says of two programs of a user."""
     sources = Path(vibroimpact.__file__).parents[1]
-    # The editable install leads to the sources by a path that mypy does not follow; a package
-    # that is installed as others are, it finds by itself, and does not want to be told.
-    path = {} if sources.name == "site-packages" else {"MYPYPATH": str(sources)}
     folder = tmp_path_factory.mktemp("user")
+    # The editable install leads to the sources by a path that mypy does not follow; a package
+    # that is installed as others are, it finds by itself, and does not want to be told. Read with
+    # the options, and so from the cache, of `make lint`, the sources need not be read again.
+    if sources.name == "site-packages":
+        where = ["--strict", "--config-file=", "--follow-imports=silent"]
+        cache = folder / "cache"
+    else:
+        root = sources.parent
+        where, cache = [f"--config-file={root / 'pyproject.toml'}"], root / ".mypy_cache"
     start = "import vibroimpact as vi\n\nsystem = vi.System.from_dict({})\n"
     (folder / "slips.py").write_text(start + "\n".join(SLIPS) + "\n", encoding="utf-8")
     good = Path(__file__).with_name("typed_use.py")
-    command = [
-        sys.executable,
-        "-m",
-        "mypy",
-        "--strict",
-        "--config-file=",
-        "--follow-imports=silent",
-    ]
+    options = [*where, f"--cache-dir={cache}"]
     done = subprocess.run(
-        [*command, f"--cache-dir={folder / 'cache'}", str(good), str(folder / "slips.py")],
-        env=os.environ | path,
+        [sys.executable, "-m", "mypy", *options, str(good), str(folder / "slips.py")],
+        cwd=sources.parent,
         capture_output=True,
         text=True,
         check=False,
