@@ -272,12 +272,28 @@ class HasRestitution:
     def _take_curve(self, fields: dict[str, Any], changes: dict[str, Any]) -> None:
         """Make changes of numbers of the curve one of the restitution among the fields."""
         if own := {name: changes.pop(name) for name in self._of_curve if name in changes}:
+            if "restitution" in changes:
+                name, value = next(iter(own.items()))
+                reject(name, value, "a number of the present curve, or another restitution=")
             fields["restitution"] = self.restitution._with(own)
 
 
 def names_of_curve(restitution: Any) -> tuple[str, ...]:
     """Return the names of the numbers of a curve, none of a number."""
     return restitution.names if isinstance(restitution, RestitutionCurve) else ()
+
+
+def knots_of(machine: Any) -> list[NDArray[np.float64]]:
+    """Return the speeds at which the slope of the restitution jumps, of each contact."""
+    contacts = getattr(machine, "stops", (machine,))
+    return [_knots(contact.restitution) for contact in contacts]
+
+
+def _knots(restitution: Any) -> NDArray[np.float64]:
+    if isinstance(restitution, RestitutionTable):
+        return np.asarray(restitution.speeds)
+    least = [restitution.least_speed] if isinstance(restitution, RestitutionPowerLaw) else []
+    return np.array(least, dtype=np.float64)
 
 
 def is_alike(one: Any, other: Any) -> bool:

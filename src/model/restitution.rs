@@ -242,7 +242,14 @@ impl RestitutionCurve {
                 if u < least_speed {
                     return RestitutionAt { value: r_low, by_speed: 0.0 };
                 }
-                let value = r_low * (u / least_speed).powf(-exponent);
+                let ratio = u / least_speed;
+                let power = if ratio.is_finite() {
+                    ratio.powf(-exponent)
+                } else {
+                    // The quotient of speeds at both ends of the range is beyond it.
+                    (exponent * (least_speed.ln() - u.ln())).exp()
+                };
+                let value = r_low * power;
                 // Not 0 by underflow: no impact of a curve is plastic.
                 let value = value.max(f64::from_bits(1));
                 RestitutionAt { value, by_speed: -exponent * value / u }

@@ -193,3 +193,22 @@ def test_a_restitution_that_depends_on_the_speed(saved):
     table = "{ speeds = [0.05, 1.0], values = [0.9, 0.5] }"
     run = saved(example_file().replace("restitution = 0.8", f"restitution = {table}"))
     assert run.system.restitution == vi.RestitutionTable([0.05, 1.0], [0.9, 0.5])
+
+
+def test_numbers_of_a_curve_are_set_by_flags(run_command, tmp_path):
+    path = tmp_path / "curve.toml"
+    path.write_text(
+        "[system]\nmass_ratio = 0.6\nfrequency_ratio = 2\ngap = 0.5\ndrive_frequency = 1.8\n"
+        "moment_amplitude = 1\n"
+        "restitution = { speeds = [0.5, 2.0, 4.5], values = [0.8, 0.65, 0.5] }\n" + RUN,
+        encoding="utf-8",
+    )
+    command = f"simulate --system {path} --set r-1"
+    code, out, err = run_command(command, 0.6)
+    assert (code, err) == (0, "")
+    other = path.with_name("other.toml")
+    other.write_text(path.read_text(encoding="utf-8").replace("0.65", "0.6"), encoding="utf-8")
+    assert run_command(f"simulate --system {other}")[1] == out
+    code, _, err = run_command(command, 1.5)
+    assert code == 2
+    assert "r_1 = 1.5 is not allowed" in err

@@ -155,7 +155,7 @@ def test_a_missing_impact_is_told_with_its_time():
     between = 0.5 * (heard.times[9] + heard.times[10])
     record = vi.Record("impact_times", np.sort([*heard.times, between]), sigma=2e-3)
     found = vi.fit(record, SYSTEM, unknown=["gap"], initial=START, starts=1, loss="cauchy")
-    said = f"the motion found lacks 1 impact of the record, at t = {between:.6g}"
+    said = f"the motion lacks 1 impact of the record, at t = {between:.6g}"
     assert said in found.reasons
 
 

@@ -48,7 +48,7 @@ def test_a_motion_of_several_segments_is_joined_from_row_to_row():
         ("v2", r"velocity $\dot x_{2}$ of body 2 (m/s)", 10.0),
         ("a1", r"acceleration $\ddot x_{1}$ of body 1 (rad/s²)", 1e4),
         ("a2", r"acceleration $\ddot x_{2}$ of body 2 (m/s²)", 1e3),
-        ("impact_times", "interval since the one before (s)", 0.01),
+        ("impact_times", "interval since the impact before (s)", 0.01),
     ],
 )
 def test_a_picture_in_si(kind, label, size):

@@ -364,3 +364,21 @@ def test_functions_that_change_what_has_no_number_are_refused():
 
     with pytest.raises(vi.ParameterError, match=r"x = 3.0: restitution = .* by name"):
         vi.bifurcation_diagram(maker, x=[2.0, 3.0], initial=START, periods=5)
+
+
+def test_a_number_of_a_curve_beside_another_curve_is_refused():
+    here = system(TABLE)
+    for changes in ({"restitution": 0.5, "r_0": 0.3}, {"r_0": 0.3, "restitution": TABLE}):
+        with pytest.raises(vi.ParameterError, match=r"^r_0 = 0\.3 is not allowed"):
+            here.replace(**changes)
+    stop = vi.Stop([1], 0.1, TABLE)
+    with pytest.raises(vi.ParameterError, match=r"^r_0 = 0\.3 is not allowed"):
+        stop.replace(restitution=0.5, r_0=0.3)
+
+
+def test_a_power_law_over_the_whole_range_of_speeds():
+    # By logarithms: the quotient of both speeds is beyond the range of numbers.
+    for least, speed in ((1e-308, 10.0), (1e-300, 1e300)):
+        law = vi.RestitutionPowerLaw(0.9, least, 0.25)
+        wanted = 0.9 * np.exp(-0.25 * (np.log(speed) - np.log(least)))
+        assert law(speed) == pytest.approx(wanted, rel=1e-12)

@@ -134,7 +134,11 @@ class DescribedSystem(Description):
                     "or --system with a file of a system or a structure, such as vibroimpact "
                     "template prints"
                 )
-            return System.from_dict(given)
+            # Numbers of a curve of restitution are changes of the system that has it.
+            curve = {*self.names({})} - {*PARAMETERS}
+            own = {name: given.pop(name) for name in changes if name in curve}
+            made = System.from_dict(given)
+            return made.replace(**own) if own else made
         words = {name: value for name, value in changes.items() if name in _CHOICES}
         numbers = {name: value for name, value in changes.items() if name not in _CHOICES}
         return self.made.replace(**words).replace(**numbers, **units)

@@ -133,6 +133,8 @@ def fit(
         If an argument is out of range; of a record it names the row.
     StateError
         If the start is not finite, or the bodies overlap in it.
+    SimulationError
+        If no motion from the start can be computed or differentiated.
     Interrupted
         After Ctrl-C; ``.result`` is the best Fit of the starts tried so far, or None.
 

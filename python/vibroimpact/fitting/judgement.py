@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,10 @@ _LEAST_RHYTHM, _LEAST_TURNS, _RHYTHM = 8, 4.0, 0.5
 # A robust loss leaves out residuals beyond so many standard errors; of more than this part of the
 # others they are no outliers.
 _OUTLIER, _MOST_OUTLIERS = 4.0, 0.25
+# Impacts of a record that the motion lacks do not count unless they are more than this part of it.
+_MOST_LOST = 0.25
+# Impacts that follow each other within so many standard errors are not told apart.
+_APART = 6.0
 
 
 def judged(search: Search, found: Found | None, values: Array) -> Fit:
@@ -88,11 +93,15 @@ def judged(search: Search, found: Found | None, values: Array) -> Fit:
             predicted=predicted,
             chi2=float(z @ z),
             probability=None,
+            missing_impacts=_NO_TIMES,
+            extra_impacts=_NO_TIMES,
             **common,
         )
+    lost = found.evaluation.lacking(problem.records)
+    extra = found.evaluation.unheard(found.window.end)
     weighted = [
-        each[np.isfinite(sigma)]
-        for each, sigma in zip(derived.weighted, search.sigmas, strict=True)
+        each[np.isfinite(sigma) & ~(missing & (missing.mean() <= _MOST_LOST))]
+        for each, sigma, missing in zip(derived.weighted, search.sigmas, lost, strict=True)
     ]
     variance = inflation(search.loss, np.concatenate(weighted), count)
     outliers = 0
@@ -105,7 +114,10 @@ def judged(search: Search, found: Found | None, values: Array) -> Fit:
     common["dof"] = max(rows - count, 0)
     chi2 = float(z @ z)
     probability = _probability(problem, weighted, count)
+    times = [record.times[missing] for record, missing in zip(problem.records, lost, strict=True)]
+    missing_impacts, extra_impacts = np.concatenate(times), np.array([time for time, _ in extra])
     reasons = _reasons(problem, found, weighted, probability)
+    reasons += _other_impacts(problem, missing_impacts.tolist(), extra)
     if outliers > _MOST_OUTLIERS * rows:
         many = f"{outliers} of {rows + outliers} rows"
         reasons.append(("residuals too large", f"{many} are more than 4 standard errors off"))
@@ -126,14 +138,16 @@ def judged(search: Search, found: Found | None, values: Array) -> Fit:
         said.append(f"{many}, more than 4 standard errors off, with little weight")
     # Of residuals that no unknown changes, their size says nothing about the model.
     nothing_told = bool(np.isinf(errors).all())
+    common_ones = not len(missing_impacts) and not extra
     if (verdict == "fits" and (len(combinations) or untold)) or (
-        verdict == "residuals too large" and probability is None and nothing_told
+        verdict == "residuals too large" and probability is None and nothing_told and common_ones
     ):
         verdict = "not identifiable"
         if untold:
             said.append("there are no more rows than unknowns: nothing tells their errors")
     if verdict != "fits":
         said += _units(problem, found)
+        said += [each for record in problem.records for each in _crowded(record)]
     tiny = probability is not None and probability > 1.0 - _LEAST_PROBABILITY
     if tiny and dof and verdict in ("fits", "not identifiable"):
         said.append("the residuals are much smaller than the stated sigma: is sigma right?")
@@ -151,6 +165,8 @@ def judged(search: Search, found: Found | None, values: Array) -> Fit:
         predicted=np.concatenate(found.evaluation.predicted),
         chi2=chi2,
         probability=probability,
+        missing_impacts=missing_impacts,
+        extra_impacts=extra_impacts,
         **common,
     )
 
@@ -186,6 +202,11 @@ _TESTS = (
 )
 # Each reason has the verdict that it leads to.
 _Reason = tuple[Verdict, str]
+_WORST_FIRST: tuple[Verdict, ...] = (
+    *("not converged", "systematic residuals", "residuals too large"),
+    "other impacts",
+)
+_NO_TIMES = np.zeros(0)
 
 
 def _reasons(
@@ -195,19 +216,6 @@ def _reasons(
     reasons: list[_Reason] = []
     if not found.converged:
         reasons.append(("not converged", f"no minimum was reached in {found.steps} steps"))
-    if missing := found.evaluation.lacking(problem.records):
-        many = counted(len(missing), "impact")
-        said = f"the motion found lacks {many} of the record{_at(missing)}"
-        reasons.append(("systematic residuals", said))
-    if extra := found.evaluation.unheard(found.window.end):
-        times, velocities = map(list, zip(*extra, strict=True))
-        many = counted(len(extra), "impact")
-        are = "is" if len(extra) == 1 else "are"
-        said = f"the motion found has {many} that {are} not in the record{_at(times)}"
-        said += f", approach velocities to {max(velocities):.2g}"
-        if any(is_heard(each.kind) and each.resolution is None for each in problem.records):
-            said += "; resolution= leaves out those that are too near to others to be heard"
-        reasons.append(("systematic residuals", said))
     tests = len(_TESTS) * len(weighted)
     for record, z in zip(problem.records, weighted, strict=True):
         if are_negligible(z):  # such as rounding, of a record without noise
@@ -227,6 +235,43 @@ def _reasons(
             said += "; so few rows do not tell whether they are random"
         reasons.append((verdict, said))
     return reasons
+
+
+def _other_impacts(
+    problem: Problem, missing: list[float], extra: Sequence[tuple[float, float]]
+) -> list[_Reason]:
+    """Return which impacts the motion and the records do not have in common."""
+    reasons: list[_Reason] = []
+    if missing:
+        many = counted(len(missing), "impact")
+        reasons.append(("other impacts", f"the motion lacks {many} of the record{_at(missing)}"))
+    if extra:
+        times, velocities = map(list, zip(*extra, strict=True))
+        many = counted(len(extra), "impact")
+        are = "is" if len(extra) == 1 else "are"
+        said = f"the motion has {many} that {are} not in the record{_at(times)}"
+        said += f", approach velocities to {max(velocities):.2g}"
+        if any(is_heard(each.kind) and each.resolution is None for each in problem.records):
+            said += "; resolution= leaves out those that are too near to others to be heard"
+        reasons.append(("other impacts", said))
+    return reasons
+
+
+def _crowded(record: Record) -> list[str]:
+    """Return that impacts of a record follow each other too soon to be told apart."""
+    sigma = record.sigma
+    if not is_heard(record.kind) or record.resolution is not None or sigma is None:
+        return []
+    widths = np.diff(record.times)
+    near = widths < _APART * np.maximum(sigma[1:], sigma[:-1])
+    if not near.any():
+        return []
+    many = counted(int(near.sum()), "impact")
+    return [
+        f"{many} of {record.name} came within {_APART:g} standard errors of the one before, the "
+        f"nearest within {float(widths.min()):.2g}: such impacts are not told apart; a record with "
+        f"resolution={1.1 * _APART * float(sigma.max()):.1g} leaves them out"
+    ]
 
 
 def _by(chance: float) -> str:
@@ -261,9 +306,8 @@ def _unexplained(record: Record, residuals: Array) -> str:
 
 def _verdict(reasons: list[_Reason]) -> Verdict:
     """Return the worst verdict of some reasons."""
-    order: tuple[Verdict, ...] = ("not converged", "systematic residuals", "residuals too large")
     found = {verdict for verdict, _ in reasons}
-    return next((verdict for verdict in order if verdict in found), "fits")
+    return next((verdict for verdict in _WORST_FIRST if verdict in found), "fits")
 
 
 def _units(problem: Problem, found: Found | None) -> list[str]:

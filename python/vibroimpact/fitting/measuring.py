@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 _MOST = 1e40
 # A sampled record has at most so many rows.
 _MOST_ROWS = 10_000_000
+# A run is so much longer than its end says, for rounding.
+_WHOLE = 1.0 + 1e-12
 # Node of the rule for normal errors; and how many standard errors of an instant an impact is away
 # at least that it does not come to lie on the other side.
 _NODE, _FAR = 3.0**0.5, 4.0
@@ -62,7 +64,7 @@ def measure(
     resolution
         Of times of impacts: what comes sooner after another impact is not heard, as in `Record`.
     seed
-        Of the random numbers.
+        Of the random numbers: records with errors of their own need seeds of their own.
 
     Returns
     -------
@@ -165,7 +167,9 @@ def _instants(run: AnyRun, at: Any, sampling: Any) -> Array:
         step = positive("sampling", sampling)
         if end / step > _MOST_ROWS:
             reject("sampling", sampling, f"a time of at least 1/{_MOST_ROWS} of the run")
-        return np.asarray(step * np.arange(int(end / step) + 1), dtype=np.float64)
+        # A run over periods is a whole number of steps but for rounding.
+        steps = int(end / step * _WHOLE) + 1
+        return np.minimum(step * np.arange(steps, dtype=np.float64), end)
     times = vector("at", at)
     if not len(times):
         reject("at", at, "at least one time")

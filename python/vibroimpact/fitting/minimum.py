@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..errors import SimulationError
 from .problem import Evaluation, Point, Problem, Window
 from .statistics import costs, weights
-from .steps import Linear, correction, multipliers, null_space, step
+from .steps import Linear, correction, multipliers, step
 
 Array = NDArray[np.float64]
 
@@ -39,6 +39,8 @@ _KICKS, _MOST_KICK = 8, 0.3
 _MOST_DERIVATIVE = 1e100
 # A step so small, in units of the scales, is rounding.
 _SMALL = 1e-13
+# An impact of the motion that was not measured weighs as a row so many standard errors off.
+_UNHEARD = 5.0
 
 
 @dataclass(frozen=True)
@@ -201,10 +203,10 @@ class Minimiser:
             return None
         basis = np.eye(len(scales))
         if len(linear.defects):
-            basis = null_space(linear.constraint)[2]
+            basis = linear.spaces[2]
         _, singular, rows = np.linalg.svd(linear.derivative @ basis, full_matrices=False)
-        misfit = 2.0 * found.cost / len(linear.residuals)
-        spread = np.sqrt(misfit) / np.maximum(
+        variance = 2.0 * found.cost / len(linear.residuals)
+        spread = np.sqrt(variance) / np.maximum(
             singular, 1e-12 * max(float(singular.max(initial=0.0)), 1.0)
         )
         low, high = self._limits(point, scales)
@@ -216,8 +218,8 @@ class Minimiser:
             )
             trial = self.moved(point, np.clip(kick, low, high) * scales)
             there = self.problem.evaluate(trial, window)
-            if there is not None and self.cost(there) < least:
-                best, least = trial, self.cost(there)
+            if there is not None and (misfit := self.misfit(there, window)) < least:
+                best, least = trial, misfit
         return best
 
     def scales(self, point: Point) -> Array:
@@ -249,6 +251,13 @@ class Minimiser:
     def cost(self, found: Evaluation) -> float:
         """Return half the weighted sum of squares, or of the loss."""
         return sum(costs(self.loss, z) for z in self.weighted(found))
+
+    def misfit(self, found: Evaluation, window: Window) -> float:
+        """Return the cost, with that of impacts which the motion has and the records have not.
+
+        No derivative tells the search of these: it may end beyond a graze.
+        """
+        return self.cost(found) + 0.5 * _UNHEARD**2 * len(found.unheard(window.end))
 
     def _defects(self, found: Evaluation) -> Array:
         many = len(found.defects) // len(self.sizes)
@@ -290,5 +299,5 @@ class Minimiser:
         weighted = self.weighted(found.evaluation)
         if not len(linear.defects):
             return Along(linear.derivative, np.eye(linear.derivative.shape[1]), weighted)
-        changes = null_space(linear.constraint)[2]
+        changes = linear.spaces[2]
         return Along(linear.derivative @ changes, changes, weighted)

@@ -102,13 +102,14 @@ class Evaluation:
             if mine is not None
         )
 
-    def lacking(self, records: Sequence[Record]) -> list[float]:
-        """Return the times of measured impacts that the motion lacks."""
-        found: list[float] = []
-        for j, record in enumerate(records):
-            mine = [many[j] for many in self.places]
-            rows = np.concatenate([_NONE, *(each for each in mine if each is not None)])
-            found += record.times[: len(rows)][rows == MISSING].tolist()
+    def lacking(self, records: Sequence[Record]) -> list[NDArray[np.bool_]]:
+        """Return where measured impacts of each record are none of the motion."""
+        found: list[NDArray[np.bool_]] = []
+        for record, many in zip(records, zip(*self.places, strict=True), strict=True):
+            mine = np.concatenate([_NONE, *(each for each in many if each is not None)])
+            missing = np.zeros(len(record), dtype=np.bool_)
+            missing[: len(mine)] = mine == MISSING
+            found.append(missing)
         return found
 
     def unheard(self, end: float) -> list[tuple[float, float]]:

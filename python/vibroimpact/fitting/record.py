@@ -374,10 +374,10 @@ def _columns(
             hint = "" if other is None else f": is delimiter={other!r} meant?"
             # What stands for bytes that are no UTF-8.
             hint += f"; {_NOT_UTF_8}" if "\ufffd" in read_as else ""
-            hint += (
-                "; a line of column names must come first" if all(map(_is_number, names)) else ""
-            )
-            reject(what, column, f"a column of {file}, for the {what}; it has {known}{hint}")
+            if all(map(_is_number, names)):
+                hint += "; a line of column names must come first, which does not begin with #"
+            wanted = f"a column of {file}, for the {what}; it has {known}{hint}"
+            reject(what, column, wanted, known=names)
         places[what] = names.index(column)
     read: dict[str, list[float]] = {what: [] for what in columns}
     lines = []

@@ -29,7 +29,12 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 Verdict = Literal[
-    "fits", "systematic residuals", "residuals too large", "not identifiable", "not converged"
+    "fits",
+    "systematic residuals",
+    "residuals too large",
+    "other impacts",
+    "not identifiable",
+    "not converged",
 ]
 
 # Machines that can be drawn at once.
@@ -40,6 +45,9 @@ _ARRAYS = (
     "combination_errors",
 )
 _OF_FIT = (*_ARRAYS, "ranges", "predicted", "sigma")
+# A run that ends at its last impact by rounding may lack it.
+_JUST_AFTER = 1.0 + 1e-9
+_OF_IMPACTS = ("missing_impacts", "extra_impacts")
 
 
 @interruptible
@@ -56,8 +64,9 @@ class Fit(Archived, Determined):
         ``"fits"``: the residuals are random, and not larger than stated. ``"systematic
         residuals"``: they are not random, the model is wrong or the search ended in the wrong
         place; standard errors mean nothing then. ``"residuals too large"``: random, but larger than
-        the stated ``sigma``; where none is stated, so large that they explain little. ``"not
-        identifiable"``: the residuals fit, but some combination of the unknowns stays open.
+        the stated ``sigma``; where none is stated, so large that they explain little. ``"other
+        impacts"``: the residuals fit, but the motion lacks impacts of the records, or has more.
+        ``"not identifiable"``: the residuals fit, but some combination of the unknowns stays open.
         ``"not converged"``: no minimum was found.
     reasons
         Sentences on which the verdict rests.
@@ -83,9 +92,13 @@ class Fit(Archived, Determined):
         those so near to one that the fit cannot tell on which side they are.
     chi2, dof
         Sum of the squares of residuals in standard errors, and the number of rows that count less
-        that of the unknowns; with a robust loss without outliers, those beyond 4 standard errors.
+        that of the unknowns; with a robust loss without outliers, those beyond 4 standard errors,
+        and without ``missing_impacts``, if these are no more than a quarter of a record.
     probability
         Of so large a ``chi2`` by chance; None if no record has a ``sigma``.
+    missing_impacts, extra_impacts
+        Times of impacts in the records that the motion lacks, and of impacts of the motion that a
+        record of impact times should have, but has not.
     loss
         The loss.
     steps
@@ -122,6 +135,8 @@ class Fit(Archived, Determined):
     chi2: float
     dof: int
     probability: float | None
+    missing_impacts: Array
+    extra_impacts: Array
     loss: str
     steps: int
     segments: tuple[float, ...]
@@ -151,10 +166,15 @@ class Fit(Archived, Determined):
     def run(self) -> AnyRun:
         """The motion of the machine found, from its start to the end of the records.
 
+        That is the last row, or the impact that is predicted for it.
+
         A chaotic motion of many Lyapunov times leaves the fitted one by rounding: ``predicted`` is
         that of the segments.
         """
         end = max(float(record.times[-1]) for record in self.records)
+        for record, predicted in zip(self.records, self._split(self.predicted), strict=True):
+            if is_heard(record.kind):
+                end = max(end, float(predicted.max()) * _JUST_AFTER)
         span = {"initial": self.initial, "time": max(end, 1e-9)}
         simulated: AnyRun = verb("simulate")(self.machine, **span)
         return simulated
@@ -249,7 +269,8 @@ class Fit(Archived, Determined):
         return axes
 
     def _parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-        arrays: dict[str, NDArray[Any]] = {name: getattr(self, name) for name in _OF_FIT}
+        names = (*_OF_FIT, *_OF_IMPACTS)
+        arrays: dict[str, NDArray[Any]] = {name: getattr(self, name) for name in names}
         if self.profile is not None:
             arrays["profile"] = self.profile
         kinds = []
@@ -283,6 +304,7 @@ class Fit(Archived, Determined):
         for name in ("reasons", "initial", "names", "at_bounds", "segments"):
             fields[name] = tuples(fields[name])
         fields |= {name: arrays[name] for name in _OF_FIT} | {"profile": arrays.get("profile")}
+        fields |= {name: arrays.get(name, np.zeros(0)) for name in _OF_IMPACTS}
         machine = machine_from_dict(metadata["system"]).system
         return cls(machine=machine, records=tuple(records), **fields)
 

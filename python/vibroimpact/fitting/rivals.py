@@ -19,6 +19,8 @@ from .result import Fit
 _DOUBTFUL = 0.05
 # Another minimum counts whose chi2 is less than so much larger: three standard errors.
 _ALSO_POSSIBLE = 9.0
+# A row so many standard errors off is not explained at all, and neither is an impact too many.
+_FAR_OFF = 5.0
 # Minima that differ by less than so many of both of their errors are one.
 _ONE = 2.0
 
@@ -29,20 +31,26 @@ def is_one(found: Fit) -> bool:
 
 
 def is_better(one: Fit, other: Fit) -> bool:
-    """Whether a fit is better than another one of the same records."""
-    ranks = [
-        0 if is_one(each) else 1 + (each.verdict != "residuals too large") for each in (one, other)
-    ]
-    if ranks[0] != ranks[1]:
-        return ranks[0] < ranks[1]
-    if ranks[0] == 0 and _has_errors(one):
-        return _excess(one) < _excess(other)
-    return _misfit(one) < _misfit(other)
+    """Whether a fit is better than another one of the same records, found earlier."""
+    if is_one(one) != is_one(other):
+        return is_one(one)
+    # What the records leave open stays where it was first, unless they tell the two apart.
+    least = 1.0 if one.verdict == other.verdict == "not identifiable" else 0.0
+    if not _has_errors(one):
+        return _misfit(one) < _misfit(other) * (1.0 - least / max(1.0, other.dof))
+    if is_one(one):
+        return _excess(one) < _excess(other) - least
+    return _unexplained(one) < _unexplained(other)
 
 
 def is_settled(found: Fit) -> bool:
-    """Whether no other minimum need be looked for."""
-    if not is_one(found) or (found.probability is not None and found.probability < _DOUBTFUL):
+    """Whether no other minimum need be looked for.
+
+    Where a combination is open the others are not known to be linear: there is no profile.
+    """
+    if found.verdict != "fits":
+        return False
+    if found.probability is not None and found.probability < _DOUBTFUL:
         return False
     return found.profile is None or not bent(found.names, found.profile)
 
@@ -102,12 +110,22 @@ def _excess(found: Fit) -> float:
     return found.chi2 - found.dof
 
 
-def _misfit(found: Fit) -> float:
-    """Return how far predictions are off, in the same units whatever sigma was taken for.
+def _has_none(found: Fit) -> bool:
+    """Whether no motion predicts the record, or only one without derivatives."""
+    return found.verdict == "not converged" and bool(np.isinf(found.standard_errors).all())
 
-    Infinitely far where there is no motion that predicts the record, or one without derivatives.
-    """
-    if found.verdict == "not converged" and np.isinf(found.standard_errors).all():
+
+def _unexplained(found: Fit) -> float:
+    """Return how much of the records is not explained: rows far off, and impacts too many."""
+    if _has_none(found):
+        return math.inf
+    z = np.concatenate(found.residuals) / found.sigma
+    return float(np.minimum(z**2, _FAR_OFF**2).sum() + _FAR_OFF**2 * len(found.extra_impacts))
+
+
+def _misfit(found: Fit) -> float:
+    """Return how far predictions are off, in the same units whatever sigma was taken for."""
+    if _has_none(found):
         return math.inf
     sizes = [max(float(np.std(record.values)), 1e-12) for record in found.records]
     parts = [

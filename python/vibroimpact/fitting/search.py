@@ -187,9 +187,12 @@ class Search(Minimiser):
                 break
             point = self.kicked(found, self.random)
             other = None if point is None else self.minimise(point, found.window, most, found.whole)
-            if other is not None and other.cost < found.cost:
+            if other is not None and self._misfit(other) < self._misfit(found):
                 found = other
         return found
+
+    def _misfit(self, found: Found) -> float:
+        return self.misfit(found.evaluation, found.window)
 
     def _misfits(self, found: Found) -> bool:
         """Whether residuals are far too large, or far from random."""
@@ -202,7 +205,8 @@ class Search(Minimiser):
                 return True
             if not are_negligible(used) and ljung_box(bounded(used)) < _NOT_RANDOM:
                 return True
-        return bool(found.evaluation.missing)
+        extra = found.whole and found.evaluation.unheard(found.window.end)
+        return bool(found.evaluation.missing or extra)
 
     @property
     def _jumps(self) -> bool:

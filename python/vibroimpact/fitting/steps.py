@@ -10,6 +10,7 @@ J. Nocedal, S. J. Wright, *Numerical Optimization*, 2nd ed., 2006, sections 10.3
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,10 @@ Array = NDArray[np.float64]
 
 # Rounds in which variables that would leave their bounds are held there.
 _MOST_ROUNDS = 12
+# A solution so much larger than what it solves comes from equations that are singular to rounding.
+_SINGULAR = 1e12
+# Rows of a triangle that are solved together.
+_BLOCK = 32
 
 
 @dataclass(frozen=True)
@@ -37,12 +42,39 @@ class Linear:
     defects: Array
     constraint: Array
 
+    @cached_property
+    def spaces(self) -> tuple[Array, Array, Array]:
+        """`null_space` of C, for all steps by these equations."""
+        return null_space(self.constraint)
+
 
 def null_space(constraint: Array) -> tuple[Array, Array, Array]:
     """Return an orthogonal basis of the range of C^T, its triangle R, and a basis of the rest."""
     count = len(constraint)
     q, r = np.linalg.qr(constraint.T, mode="complete")
     return q[:, :count], r[:count], q[:, count:]
+
+
+def _solved(triangle: Array, right: Array, transposed: bool = False) -> Array:
+    """Return the solution of R x = b, or R^T x = b; the least one where R is singular to rounding.
+
+    By substitution, a block of rows at a time: NumPy solves triangular equations as any others.
+    """
+    matrix = triangle.T if transposed else triangle
+    count = len(right)
+    found = np.zeros(count)
+    starts = range(0, count, _BLOCK)
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # too large, and then not taken
+            for first in starts if transposed else reversed(starts):
+                rows = slice(first, first + _BLOCK)
+                rest = right[rows] - matrix[rows] @ found  # what is not known yet is 0
+                found[rows] = np.linalg.solve(matrix[rows, rows], rest)
+    except np.linalg.LinAlgError:
+        found[:] = np.inf
+    if np.abs(found).max() <= _SINGULAR * np.abs(right).max():
+        return found
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)
 
 
 def step(linear: Linear, damping: float, weight: Array, low: Array, high: Array) -> Array:
@@ -79,9 +111,11 @@ def _free_step(
     found = place.copy()
     found[free] = 0.0
     if len(linear.defects):
-        ranged, triangle, basis = null_space(linear.constraint[:, free])
+        every = bool(free.all())
+        spaces = linear.spaces if every else null_space(linear.constraint[:, free])
+        ranged, triangle, basis = spaces
         wanted = -(linear.defects + linear.constraint[:, held] @ place[held])
-        first = ranged @ np.linalg.lstsq(triangle.T, wanted, rcond=None)[0]
+        first = ranged @ _solved(triangle, wanted, transposed=True)
     else:
         first, basis = np.zeros(free.sum()), np.eye(free.sum())
     root = np.sqrt(damping) * weight[free]
@@ -93,8 +127,8 @@ def _free_step(
 
 def correction(linear: Linear, defects: Array) -> Array:
     """Return the shortest change that closes gaps, to first order."""
-    ranged, triangle, _ = null_space(linear.constraint)
-    found: Array = -ranged @ np.linalg.lstsq(triangle.T, defects, rcond=None)[0]
+    ranged, triangle, _ = linear.spaces
+    found: Array = -ranged @ _solved(triangle, defects, transposed=True)
     return found
 
 
@@ -103,5 +137,5 @@ def multipliers(linear: Linear, taken: Array) -> Array:
     if not len(linear.defects):
         return linear.defects
     gradient = linear.derivative.T @ (linear.residuals + linear.derivative @ taken)
-    found = np.linalg.lstsq(linear.constraint.T, -gradient, rcond=None)[0]
-    return np.asarray(found, dtype=np.float64)
+    ranged, triangle, _ = linear.spaces
+    return _solved(triangle, -ranged.T @ gradient)

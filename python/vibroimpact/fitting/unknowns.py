@@ -109,9 +109,11 @@ def unknowns_of(given: Any, machine: Any, initial: Array) -> Unknowns:
         if k < len(own):
             # A machine that has no such number at all says so.
             varied(machine, {names[k]: float(np.clip(values[k], low[k], high[k]))})
+        scaled = getattr(machine, "scales", None) is not None
+        units = ", dimensionless as all numbers of the system" if scaled else ""
         raise ParameterError(
             f"{names[k]} = {values[k].item()!r}, from which the search starts, is not allowed; "
-            f"allowed: a number in its range, ({low[k]}, {high[k]})"
+            f"allowed: a number in its range, ({low[k]}, {high[k]}){units}"
         )
     sizes = np.abs(values)
     for k, name in enumerate(names):

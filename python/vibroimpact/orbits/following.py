@@ -27,6 +27,7 @@ from .branch import Branch, Piece
 from .doubling import MIN_STEP, doubling_near, halving
 from .endings import why_ended
 from .kinds import BORDERS, CONDITIONS, FIRST, ON_CURVES, BifurcationKind, BranchEnd
+from .kinks import beyond_kink
 from .machines import beyond, problem_of
 from .motion import same_orbit
 from .problem import OrbitProblem
@@ -290,6 +291,11 @@ def _extend(
             if doubling is not None:
                 half.bifurcations.append(doubling)
             break
+        if last is None and half.end is PathEnd.NO_CONVERGENCE:
+            at = beyond_kink(problem, path, settings.size)
+            if at is not None:
+                direction, retries, finer, continued = 1, _RETRIES, settings, True
+                continue
         if last is None:
             break
         if not _is_border(last):

@@ -223,6 +223,8 @@ class EndedRun(Protocol):
 def not_periodic(run: EndedRun) -> NotFound:
     """Return that a run has not settled on a periodic motion, or that it ended before it could."""
     reason = f"the run is {run.label}, not periodic"
+    if run.period.n is None and run.label == "unresolved":
+        reason += f": {run.period.evidence}"
     if run.stop_reason not in ("completed", "rest"):
         reason += f"; it ended early: {run.stop_detail}"
     return NotFound(reason=reason)

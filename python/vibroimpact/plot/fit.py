@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from ..arguments import count, naming
@@ -15,7 +16,7 @@ from ..fitting.record import Record, is_heard
 from ..scales import Units
 from .axis_names import measured_name
 from .given import expected
-from .style import BLACK, BLUE, GREY, VERMILLION, curve_legend, several_axes
+from .style import BLACK, BLUE, GREY, ORANGE, VERMILLION, curve_legend, several_axes
 from .units import AxisUnits
 
 Array = NDArray[np.float64]
@@ -23,6 +24,8 @@ Array = NDArray[np.float64]
 # The band of residuals is so many standard errors wide to each side. Those beyond the second are
 # crosses, at the third at most.
 _BAND, _FAR, _MOST = 2.0, 4.0, 10.0
+# Height of marks of impacts, in parts of that of the axes.
+_MARKS_AT = 0.95
 # Instants at which the motion is drawn, beside those of the rows and impacts.
 _SAMPLES = 4000
 # The motion drawn is that of the predictions, to this part of a standard error.
@@ -40,9 +43,10 @@ def fit(
 ) -> list[Axes]:
     """Draw one record of a fit beside the prediction, and below it the residuals.
 
-    Of times of impacts the intervals between them are drawn; of other records the motion found, and
-    where it was fitted in segments, straight lines from row to row. Residuals are in standard
-    errors. Those beyond 4 are crosses, drawn at 10 at most.
+    Of times of impacts the intervals between them are drawn, and marks where the machine lacks an
+    impact or has one too many; of other records the motion found, and where it was fitted in
+    segments, straight lines from row to row. Residuals are in standard errors. Those beyond 4 are
+    crosses, drawn at 10 at most.
 
     Parameters
     ----------
@@ -90,13 +94,14 @@ def fit(
         intervals = [np.diff(each, prepend=0.0) * clock for each in (mine.values, rows)]
         points = top.plot(mine.times * clock, intervals[0], ".", color=GREY, ms=4.0)
         line = top.plot(mine.times * clock, intervals[1], "_", color=BLUE, ms=9.0, mew=1.2)
-        top.set_ylabel(shown.label("time", "interval since the one before"))
+        top.set_ylabel(shown.label("time", "interval since the impact before"))
     else:
         size = shown.factor(mine.kind)
         times, values = _motion(result, mine, rows, sigma)
         points = top.plot(mine.times * clock, mine.values * size, ".", color=GREY, ms=4.0)
         line = top.plot(times * clock, values * size, color=BLUE, lw=0.9)
         top.set_ylabel(shown.label(mine.kind, measured_name(mine.kind)))
+    others = _other_impacts(top, result, mine, clock)
     counted = np.isfinite(sigma)
     times, z = mine.times[counted] * clock, residuals[counted] / sigma[counted]
     far = np.abs(z) > _FAR
@@ -108,13 +113,34 @@ def fit(
     bottom.set_xlabel(shown.label("time"))
     bottom.set_ylabel(r"residual / $\sigma$")
     bottom.set_xlim(top.get_xlim())
-    named = [(points[0], "measured"), (line[0], "fitted machine"), (band, r"$\pm 2 \sigma$")]
+    named = [(points[0], "measured"), (line[0], "fitted machine"), *others]
+    named.append((band, r"$\pm 2 \sigma$"))
     if far.any():
         named.append((beyond[0], r"beyond $4 \sigma$"))
     for artist, text in named:
         artist.set_label(text)
     curve_legend(top, legend, [artist for artist, _ in named])
     return [top, bottom]
+
+
+def _other_impacts(
+    axes: Axes, result: Fit, record: Record, clock: float
+) -> list[tuple[Line2D, str]]:
+    """Mark impacts that machine and record do not have in common; return marks and their names."""
+    named: list[tuple[Line2D, str]] = []
+    if not is_heard(record.kind):
+        return named
+    lacking = result.missing_impacts[np.isin(result.missing_impacts, record.times)]
+    for times, marker, text in (
+        (lacking, "^", "measured only"),
+        (result.extra_impacts, "v", "of the machine only"),
+    ):
+        if len(times):
+            inside = axes.get_xaxis_transform()
+            heights = np.full(len(times), _MARKS_AT)
+            marks = axes.plot(times * clock, heights, marker, color=ORANGE, ms=5, transform=inside)
+            named.append((marks[0], text))
+    return named
 
 
 def _motion(result: Fit, record: Record, rows: Array, sigma: Array) -> tuple[Array, Array]:
