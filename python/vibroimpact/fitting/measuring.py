@@ -169,7 +169,7 @@ def _instants(run: AnyRun, at: Any, sampling: Any) -> Array:
             reject("sampling", sampling, f"a time of at least 1/{_MOST_ROWS} of the run")
         # A run over periods is a whole number of steps but for rounding.
         steps = int(end / step * _WHOLE) + 1
-        return np.minimum(step * np.arange(steps, dtype=np.float64), end)
+        return np.asarray(np.minimum(step * np.arange(steps), end), dtype=np.float64)
     times = vector("at", at)
     if not len(times):
         reject("at", at, "at least one time")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import NoMotionError
 from ..interruption import interruptible
+from ..period_report import PeriodReport
 from ..showing import Facts, Shown
 from ..tables import frame
 from ..verbs import verb
@@ -214,6 +215,8 @@ class EndedRun(Protocol):
 
     @property
     def label(self) -> str: ...  # noqa: D102
+    @property
+    def period(self) -> PeriodReport: ...  # noqa: D102
     @property
     def stop_reason(self) -> str: ...  # noqa: D102
     @property

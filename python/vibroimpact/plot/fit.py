@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
@@ -113,7 +114,11 @@ def fit(
     bottom.set_xlabel(shown.label("time"))
     bottom.set_ylabel(r"residual / $\sigma$")
     bottom.set_xlim(top.get_xlim())
-    named = [(points[0], "measured"), (line[0], "fitted machine"), *others]
+    named: list[tuple[Artist, str]] = [
+        (points[0], "measured"),
+        (line[0], "fitted machine"),
+        *others,
+    ]
     named.append((band, r"$\pm 2 \sigma$"))
     if far.any():
         named.append((beyond[0], r"beyond $4 \sigma$"))
