@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import sizes
 import vibroimpact as vi
 from systems import PAPER
 
@@ -55,3 +56,26 @@ def test_a_branch_turns_at_a_knot_where_both_sides_are_at_the_same_values():
         known = [each.approach_velocity for each in vi.periodic_motions(here.system)]
         assert np.abs(np.array(known) - here.approach_velocity).min() < 1e-9
     assert len(branch.at(value + 0.01 * side)) > 1
+
+
+def test_branches_of_random_curves_do_not_end_at_their_knots():
+    random = np.random.default_rng(11)
+    followed = 0
+    while followed < sizes.either(4, 40):
+        count = int(random.integers(2, 6))
+        speeds = np.sort(random.uniform(0.1, 3.0, count))
+        table = vi.RestitutionTable(speeds, np.sort(random.uniform(0.2, 0.95, count))[::-1])
+        numbers = {
+            "mass_ratio": random.uniform(0.2, 1.5),
+            "frequency_ratio": random.uniform(0.8, 2.5),
+            "gap": random.uniform(0.05, 0.8),
+            "drive_frequency": random.uniform(0.8, 2.5),
+            "moment_amplitude": random.uniform(0.7, 2.0),
+        }
+        system = PAPER.replace(restitution=table, **numbers)
+        motion = vi.simulate(system, initial=(0, 0.3, 0, 0), periods=600, keep=60).refine()
+        if not motion or motion.label != "1-1":
+            continue
+        followed += 1
+        for along in ({"moment_amplitude": (0.3, 3)}, {"gap": (0.01, 1.5)}):
+            assert "no convergence" not in vi.follow_motion(motion, **along).ends

@@ -294,6 +294,7 @@ def _extend(
         if last is None and half.end is PathEnd.NO_CONVERGENCE:
             at = beyond_kink(problem, path, settings.size)
             if at is not None:
+                half.end = PathEnd.POINTS  # unless the next path ends otherwise
                 direction, retries, finer, continued = 1, _RETRIES, settings, True
                 continue
         if last is None:

@@ -5,7 +5,6 @@ leads over a knot is none of a smooth curve, however short it is, if they differ
 """
 
 from itertools import product
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +19,8 @@ Array = NDArray[np.float64]
 
 # How far beyond the kink a motion is looked for, as parts of the sizes.
 _BEYOND = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
-# From how far beyond it Newton's method begins, in such parts.
-_REACHES = (1.0, 10.0, 100.0)
+# From how far on both of its sides Newton's method begins, in such parts.
+_REACHES = (1.0, -1.0, 10.0, -10.0, 100.0, -100.0)
 # It is on the branch if it is no farther than so many times that.
 _NEAR = 1e3
 
@@ -33,13 +32,15 @@ def beyond_kink(problem: OrbitProblem, path: Path, size: float) -> Crossing | No
     the values from which the path came.
     """
     last = path.points[-1]
+    if not any(map(len, knots_of(problem.system_at(last.p)))):
+        return None
     pieces = _pieces(problem, last.u, last.p)
     sizes = problem.scale(last.u)
     ahead = 1.0 if last.tangent[-1] >= 0.0 else -1.0
     slope = last.tangent[:-1] / float(np.linalg.norm(last.tangent[:-1] / sizes))
     for part, reach, way in product(_BEYOND, _REACHES, (ahead, -ahead)):
         p = last.p + way * part * size
-        # From beyond the kink, or Newton's method stays on this side.
+        # From beside the kink, or Newton's method may stay on the side of the path.
         u, report = solve(problem, last.u + reach * part * slope, p)
         if not report.converged or (np.abs(u - last.u) > _NEAR * part * sizes).any():
             continue
@@ -51,10 +52,9 @@ def beyond_kink(problem: OrbitProblem, path: Path, size: float) -> Crossing | No
 
 def _pieces(problem: OrbitProblem, u: Array, p: Array) -> NDArray[np.int64]:
     """Return how many knots are below the approach velocity of each impact of a motion."""
-    impacts: Any = problem.motion(u, p).impacts
-    speeds = np.asarray(impacts["approach_velocity"])
-    stops = impacts["stop"] if "stop" in impacts.dtype.names else np.zeros(len(speeds), np.int64)
+    alone = problem.piece(p, u[None], np.zeros((1, 1), np.complex128))
+    speeds = alone.at_impacts("approach_velocity")[0]
+    stops = getattr(alone, "stops", np.zeros(len(speeds), np.int64))
     knots = knots_of(problem.system_at(p))
-    return np.array(
-        [np.searchsorted(knots[stop], u) for stop, u in zip(stops, speeds, strict=True)], np.int64
-    )
+    found = [np.searchsorted(knots[stop], u) for stop, u in zip(stops, speeds, strict=True)]
+    return np.array(found, np.int64)
