@@ -157,14 +157,15 @@ reference: $(INSTALLED)
 lint: lint-rust lint-python
 
 # The bindings are a part of the library alone, which nothing else that is compiled here names. The
-# bindings need an interpreter, for its version.
+# bindings need an interpreter, for its version. The fuzz targets share what has been compiled.
 lint-rust: | $(TOOLS)
 	@cargo fmt --version >/dev/null && cargo clippy --version >/dev/null \
 		|| { echo 'make lint needs rustfmt and clippy: rustup component add rustfmt clippy'; exit 1; }
 	cargo fmt --check
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo clippy --locked --lib --all-features -- -D warnings
-	cargo check --locked --manifest-path fuzz/Cargo.toml
+	cargo check --locked --manifest-path fuzz/Cargo.toml \
+		--target-dir $${CARGO_TARGET_DIR:-target} --config profile.dev.opt-level=1
 	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps
 	@echo 'purity: the core names neither pyo3 nor numpy'
 	@tree=$$(cargo tree --locked -e normal --prefix none); ! grep -E '^(pyo3|numpy)' <<<"$$tree"

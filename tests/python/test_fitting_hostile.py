@@ -102,7 +102,7 @@ def fitted_or_refusal(kind, times, values, sigma, resolution=None) -> vi.Fit | s
         return str(error)
 
 
-@pytest.mark.parametrize("part", range(sizes.either(2, 10)))
+@pytest.mark.parametrize("part", range(sizes.either(1, 10)))
 def test_hostile_records(part):
     refused = 0
     for number in range(part * MANY // 10, (part + 1) * MANY // 10):

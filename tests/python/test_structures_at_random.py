@@ -56,7 +56,7 @@ def _digits_are_small(run: vi.StructureRun, found: vi.Verification) -> bool:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_random_structures_move_as_the_reference_says(family: str) -> None:
-    cases = sizes.either(5 if family == "corner" else 12, 300)
+    cases = sizes.either(5 if family == "corner" else 8, 300)
     events = whole = low = 0
     for seed in [*range(cases), *(seed for seed in FOUND.get(family, ()) if seed >= cases)]:
         structure, initial = FAMILIES[family](seed)
