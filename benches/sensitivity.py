@@ -8,9 +8,9 @@ the least time of all rounds in parts of the least time of the run. Tables of bo
 when they are read: where a column says so they are, of the run, too. The first name is measured
 on the run that a file brings back, too; reading it is not part of that. The bar is 1 per name.
 
-A run that keeps its last drive periods only is followed again while it is differentiated: one name
-and ten, in parts of that shorter run. Following it costs as much as making it did, so that the bar
-of one name alone is 2 there.
+A run that keeps its last drive periods only, one name and ten, in parts of that shorter run. Made
+with its derivatives it takes longer, by what the columns "made with" tell. Afterwards the motion
+has to be followed again, which costs as much as making it did: the bar of one name alone is 2.
 Writes a table in Markdown and every round as JSON.
 """
 
@@ -18,6 +18,7 @@ import argparse
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -69,7 +70,7 @@ class Scene:
 
     name: str
     run: Callable[[], Any]
-    kept: Callable[[], Any]
+    kept: Callable[..., Any]
     alone: dict[str, str]
     together: tuple[str, ...]
 
@@ -106,8 +107,8 @@ CHAOTIC = ("9(2)",)
 
 def _simulate(
     system: vi.System, initial: tuple[float, ...], periods: int, keep: int | None = None
-) -> Callable[[], vi.Run]:
-    return lambda: vi.simulate(system, initial=initial, periods=periods, keep=keep)
+) -> Callable[..., vi.Run]:
+    return partial(vi.simulate, system, initial=initial, periods=periods, keep=keep)
 
 
 def _kept(periods: int) -> int:
@@ -193,10 +194,10 @@ def _row(count: int) -> vi.Structure:
 
 def _simulate_structure(
     structure: vi.Structure, periods: int, keep: int | None = None
-) -> Callable[[], vi.StructureRun]:
+) -> Callable[..., vi.StructureRun]:
     initial = np.zeros((2, structure.coordinates))
     initial[0, 0] = 0.01
-    return lambda: vi.simulate(structure, initial=initial, periods=periods, keep=keep)
+    return partial(vi.simulate, structure, initial=initial, periods=periods, keep=keep)
 
 
 def jobs_of(scene: Scene) -> dict[str, Callable[[], object]]:
@@ -216,6 +217,8 @@ def jobs_of(scene: Scene) -> dict[str, Callable[[], object]]:
     jobs |= {MANY: of(*scene.together), RUN_READ: lambda: _tables(scene.run())}
     jobs |= {RUN_KEPT: scene.kept, ONE_KEPT: lambda: part.sensitivity(scene.together[0])}
     jobs |= {MANY_KEPT: lambda: part.sensitivity(*scene.together)}
+    jobs |= {ONE_WITH: lambda: scene.kept(sensitivity=scene.together[0])}
+    jobs |= {MANY_WITH: lambda: scene.kept(sensitivity=scene.together)}
     return jobs | {ONE_READ: read(scene.together[0]), MANY_READ: read(*scene.together)}
 
 
@@ -228,7 +231,9 @@ def _from_file(run: Any) -> Any:
 
 MANY, FILE = "ten, each", "one, from a file"
 RUN_READ, ONE_READ, MANY_READ = "run, read", "one, read", "ten, each, read"
-RUN_KEPT, ONE_KEPT, MANY_KEPT = "run, kept in part", "one, kept in part", "ten, each, kept in part"
+RUN_KEPT = "run, kept in part"
+ONE_WITH, MANY_WITH = "one, made with", "ten, each, made with"
+ONE_KEPT, MANY_KEPT = "one, afterwards", "ten, each, afterwards"
 
 
 def _tables(of: Any) -> object:
@@ -246,6 +251,8 @@ def parts(scene: Scene, timings: dict[str, Any]) -> dict[str, float]:
         MANY: least[MANY] / least["run"] / count,
         ONE_READ: least[ONE_READ] / least[RUN_READ],
         MANY_READ: least[MANY_READ] / least[RUN_READ] / count,
+        ONE_WITH: least[ONE_WITH] / least[RUN_KEPT] - 1.0,
+        MANY_WITH: (least[MANY_WITH] / least[RUN_KEPT] - 1.0) / count,
         ONE_KEPT: least[ONE_KEPT] / least[RUN_KEPT],
         MANY_KEPT: least[MANY_KEPT] / least[RUN_KEPT] / count,
     }
@@ -268,7 +275,7 @@ def main(arguments: list[str] | None = None) -> None:
         if any(word in scene.name for word in options.only)
     ]
     columns = [*dict.fromkeys(column for scene in chosen for column in scene.alone)]
-    columns += [FILE, MANY, ONE_READ, MANY_READ, ONE_KEPT, MANY_KEPT]
+    columns += [FILE, MANY, ONE_READ, MANY_READ, ONE_WITH, MANY_WITH, ONE_KEPT, MANY_KEPT]
     rows, results = [], []
     for scene in chosen:
         with step(f"sensitivity: {scene.name}"):

@@ -61,7 +61,9 @@ mod _core {
     #[pymodule_export]
     use super::run::{PyFinalState, PyRun};
     #[pymodule_export]
-    use super::sensitivity::{PySensitivity, sensitivity, structure_sensitivity};
+    use super::sensitivity::{
+        PySensitivity, sensitivity, simulate_with_sensitivity, structure_sensitivity,
+    };
     #[pymodule_export]
     use super::simulate::simulate;
     #[pymodule_export]

@@ -32,7 +32,8 @@ pub(crate) use strike::{
 
 pub use sensitivity::{
     Along, Legs, OneSided, OneSidedReason, Sensitivity, SensitivityError, SensitivityTable,
-    StructureLegs, sensitivity, structure_sensitivity,
+    StructureLegs, run_with_sensitivity, sensitivity, structure_run_with_sensitivity,
+    structure_sensitivity,
 };
 
 use chatter::{Accumulation, accumulate};

@@ -1003,6 +1003,24 @@ def structure_sensitivity(
     Each has the derivatives of fields where the name alone does not say them.
     """
 
+def simulate_with_sensitivity(
+    machine: System | Structure,
+    initial: NDArray[np.float64],
+    by: Sequence[tuple[str, dict[str, Any] | None]],
+    *,
+    periods: int | None = None,
+    time: float | None = None,
+    keep: int | None = None,
+    max_events: int = ...,
+    chatter_tolerance: float = ...,
+    section_phase: float = 0.0,
+    progress: Callable[[int], object] | None = None,
+) -> tuple[Any, bool, Sensitivity]:
+    """A run from one start with its derivatives by names, or along directions by name.
+
+    And whether Ctrl-C ended both. ``progress`` gets how many millionths of it are done.
+    """
+
 def lyapunov_spectrum(run: Run, steps: int, step: float | None = None) -> Spectrum:
     """The spectrum of the motion that continues from the end of ``run``.
 

@@ -193,9 +193,13 @@ class Machine(ByValue, Shown):
             For other units, and without scales.
         """
 
-    @abstractmethod
-    def _run(self, core: Any, start: Array) -> Any:
+    def _run(self, core: Any, start: Any) -> Any:
         """Return the run of that compiled one from a start."""
+        return self._run_class()(core, self, start)
+
+    @abstractmethod
+    def _run_class(self) -> Any:
+        """Return the class of its runs."""
 
     def _where_to_begin(self, starts: Array) -> str:
         """Return what to add to the error about starts of which some lie inside a contact."""

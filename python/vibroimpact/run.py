@@ -190,12 +190,13 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         """Differentiate the run by parameters and its start, exactly, through impacts and contact.
 
         The motion is followed once more, along its events where the run has kept all; with
-        ``keep=`` it is simulated again, which costs more than the run. At the instant of an
-        impact derivatives jump as the motion does, and the instant itself moves. Where the
-        motion lies on a border (a graze, a border of regimes, the onset of chatter) they are
-        those of the side that has the run's events; ``one_sided`` of the result lists such
-        events. ``final_state`` of the result is at a fixed time, also by ``drive_frequency``; in
-        ``gradient`` the end of a run over ``periods`` moves.
+        ``keep=`` it is simulated again, which costs more than the run. Derivatives that
+        ``simulate(..., sensitivity=...)`` was asked for are there. At the instant of an impact
+        derivatives jump as the motion does, and the instant itself moves. Where the motion lies on
+        a border (a graze, a border of regimes, the onset of chatter) they are those of the side
+        that has the run's events; ``one_sided`` of the result lists such events. ``final_state`` of
+        the result is at a fixed time, also by ``drive_frequency``; in ``gradient`` the end of a run
+        over ``periods`` moves.
 
         Parameters
         ----------
@@ -224,28 +225,34 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
         >>> found.impacts.time.shape == (len(run.impacts), 3)
         True
         """
-        more = f"any other number by vibroimpact.gradient, with {self.system._by_function}"
-        given: Mapping[str, Any] = directions
+        core: Any = self._made_with and self._made_with.by(names, directions)
+        if core is None:
+            by = self._by(self.system, names, directions)
+            try:
+                core = _core.sensitivity(self._core, self._initial, [name for name, _ in by])
+            except SimulationError as error:
+                error.result = self
+                raise
+        found: Sensitivity = verb("sensitivity")(core, self, names)
+        return found
+
+    @classmethod
+    def _by(cls, system: System, names: tuple[Any, ...], along: Mapping[str, Any]) -> Any:
+        more = f"any other number by vibroimpact.gradient, with {system._by_function}"
         refuse_units(
-            given,
+            along,
             "derivatives are dimensionless; in SI they are these times the unit of what is "
             "differentiated, over that of the number, both of run.system.scales",
         )
-        for name, direction in given.items():
+        for name, direction in along.items():
             allowed = 'names alone, such as "gap": directions by keyword are for a Structure only'
             reject(name, direction, f"{allowed}; {more}")
         for name in names:
             if not isinstance(name, str):
                 reject("names", name, 'names, each an argument of its own: "gap", "v1"')
-            if name not in (known := self.system._names):
-                reject("names", name, f"{self.system._names_in_words}; {more}", known=known)
-        try:
-            core = _core.sensitivity(self._core, self._initial, names)
-        except SimulationError as error:
-            error.result = self
-            raise
-        found: Sensitivity = verb("sensitivity")(core, self, names)
-        return found
+            if name not in (known := system._names):
+                reject("names", name, f"{system._names_in_words}; {more}", known=known)
+        return [(name, None) for name in names]
 
     def refine(self) -> PeriodicMotion | NotFound:
         """Find the periodic motion that this run has settled on, to rounding, with its verdict.

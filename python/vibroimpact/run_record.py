@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeAlias, TypeVar
 
@@ -19,6 +19,7 @@ from .errors import Interrupted, SimulationError, warn
 from .horizons import horizon
 from .interruption import interruptible
 from .machine import Machine
+from .made_with import MadeWith
 from .period_report import PeriodReport, as_period_report
 from .quadrature import Integrable
 from .run_parts import Slopes
@@ -46,6 +47,9 @@ AnyRun: TypeAlias = "RunRecord[Any, Any, Any]"
 class RunRecord(Archived, Shown, Integrable, Generic[MachineT, CoreT, StartT]):
     """What a `Run` and a `StructureRun` have alike."""
 
+    # The derivatives that it was made with.
+    _made_with: MadeWith | None = None
+
     def __init__(self, core: CoreT, system: MachineT, initial: StartT) -> None:
         self._core = core
         self._system = system
@@ -55,6 +59,11 @@ class RunRecord(Archived, Shown, Integrable, Generic[MachineT, CoreT, StartT]):
     def system(self) -> MachineT:
         """The system or structure that was simulated."""
         return self._system
+
+    @classmethod
+    @abstractmethod
+    def _by(cls, system: MachineT, names: tuple[Any, ...], along: Mapping[str, Any]) -> Any:
+        """Return what the core differentiates a run by; ParameterError for what it cannot."""
 
     @property
     @abstractmethod
@@ -459,12 +468,6 @@ def raise_if_interrupted(run: AnyRun) -> None:
 
 # What is to be done about it.
 AT_THE_CAP = "10 million events, the cap unless max_events= gives another, were not enough"
-
-
-def warn_of_units(runs: Sequence[AnyRun]) -> None:
-    """Warn of runs without impacts, of which the numbers were perhaps meant in SI."""
-    if runs and runs[0]._system._not_in_si and not any(run.impact_count for run in runs):
-        warn(f"there are no impacts; {runs[0]._system._not_in_si}")
 
 
 def warn_of_the_cap(runs: Sequence[AnyRun], cap: int | None) -> None:

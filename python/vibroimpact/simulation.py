@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._core import CHATTER_TOLERANCE
 from .arguments import flag, number, optional_count, positive, reject, threads
-from .errors import Interrupted, SimulationError, StateError
+from .errors import Interrupted, ParameterError, SimulationError, StateError, warn
 from .horizons import Horizon, horizon
 from .interruption import interruptible
 from .machine import Machine
+from .made_with import Asked, MadeWith, asked_of
 from .run import Run
-from .run_record import raise_if_interrupted, warn_of_the_cap, warn_of_units
+from .run_record import AnyRun, raise_if_interrupted, warn_of_the_cap
 from .scales import Units
 from .system import System
 
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 # Gets how much is done.
 _Tell: TypeAlias = Callable[[int], None]
+# Names, or directions by name.
+_Sensitivity: TypeAlias = str | Sequence[str] | Mapping[str, Any] | None
 
 
 @overload
@@ -42,6 +45,7 @@ def simulate(
     progress: bool = ...,
     units: Units | None = ...,
     workers: int | None = ...,
+    sensitivity: _Sensitivity = ...,
 ) -> Run: ...
 
 
@@ -59,6 +63,7 @@ def simulate(
     progress: bool = ...,
     units: Units | None = ...,
     workers: int | None = ...,
+    sensitivity: None = ...,
 ) -> list[Run]: ...
 
 
@@ -76,6 +81,7 @@ def simulate(
     progress: bool = ...,
     units: None = ...,
     workers: int | None = ...,
+    sensitivity: _Sensitivity = ...,
 ) -> Any: ...
 
 
@@ -93,6 +99,7 @@ def simulate(
     progress: bool = ...,
     units: Units | None = ...,
     workers: int | None = ...,
+    sensitivity: _Sensitivity = ...,
 ) -> Any: ...
 
 
@@ -110,6 +117,7 @@ def simulate(
     progress: bool = False,
     units: Units | None = None,
     workers: int | None = None,
+    sensitivity: _Sensitivity = None,
 ) -> Run | StructureRun | list[Run] | list[StructureRun]:
     """Simulate the motion from one initial state, or from several.
 
@@ -144,6 +152,12 @@ def simulate(
         Drive phase of the stroboscopic section, relative to that of the start, in radians.
     workers
         Threads for several initial states; default all cores. The results do not depend on it.
+    sensitivity
+        With one start: names by which ``run.sensitivity`` is going to be asked for, and of a
+        structure also a mapping, from names to directions, or to None where the name says it all.
+        The derivatives are then carried along, and asking for them takes no time: with ``keep``
+        they cost less so than afterwards, for the motion before the window is followed once. What
+        has no derivatives is refused by ``run.sensitivity``, not here.
 
     Returns
     -------
@@ -182,6 +196,9 @@ def simulate(
     >>> runs = vi.simulate(system, initial=[(0, 0.5, 0, 0), (0, 0.1, 0, 0)], periods=600, keep=100)
     >>> [run.label for run in runs]
     ['1-1', '1-1']
+    >>> run = vi.simulate(system, initial=(0, 0.5, 0, 0), periods=600, keep=1, sensitivity="gap")
+    >>> run.sensitivity("gap").impacts.time.shape
+    (1, 1)
     """
     found: Run | StructureRun | list[Run] | list[StructureRun] = simulated(
         system,
@@ -195,11 +212,12 @@ def simulate(
         progress=progress,
         units=units,
         workers=workers,
+        asked=asked_of(sensitivity),
     )
     runs: list[Any] = [*found] if isinstance(found, list) else [found]
     warn_of_the_cap(runs, max_events)
     if units is None:
-        warn_of_units(runs)
+        _warn_of_units(runs)
     return found
 
 
@@ -216,6 +234,7 @@ def simulated(
     progress: bool = False,
     units: Units | None = None,
     workers: int | None = None,
+    asked: Asked | None = None,
 ) -> Any:
     """Do what ``simulate`` does, without its warnings: for runs that no caller has asked for."""
     options: dict[str, Any] = {
@@ -236,13 +255,21 @@ def simulated(
     if scales is not None:
         start = system._starts(scales.from_si(start))
     options |= {"periods": span.periods, "time": span.time, "keep": span.keep}
-    options["workers"] = threads(workers)
     single = start.ndim == system._AXES
+    if asked is not None:
+        if not single:
+            reject("sensitivity", [*asked[0], *asked[1]], "None: it takes one start, not several")
+        with _bar_of_run(span, shown) as tell:
+            run = _made_with(system, start, asked, progress=tell, **options)
+        if run is not None:
+            raise_if_interrupted(run)
+            return run
+    options["workers"] = threads(workers)
     bar = _bar_of_run(span, shown) if single else progress_bar("runs", len(start), "run", shown)
     with bar as tell:
         cores, interrupted, failure = _begun(system, start, progress=tell, **options)
     if single:
-        run: Run | StructureRun = system._run(cores[0], start)
+        run = system._run(cores[0], start)
         if failure is not None:
             raise SimulationError(failure[1], run)
         raise_if_interrupted(run)
@@ -257,11 +284,37 @@ def simulated(
     return runs
 
 
+def _made_with(system: Machine, start: NDArray[Any], asked: Asked, **options: Any) -> Any:
+    """Return a run with the derivatives that it was asked for; None if one of both has failed."""
+    names, directions = asked
+    try:
+        by = system._run_class()._by(system, names, directions)
+    except ParameterError as error:
+        raise ParameterError(f"sensitivity: {error}") from None
+    try:
+        with _told_where_to_begin(system, start):
+            core, interrupted, found = _core.simulate_with_sensitivity(
+                system._compiled, system._to_core(start), by, **options
+            )
+    except SimulationError:
+        return None
+    run = system._run(core, start)
+    # Of a run that was cut short the derivatives end at its last event.
+    run._made_with = None if interrupted else MadeWith(found, names, directions)
+    return run
+
+
 def _begun(system: Machine, starts: NDArray[Any], **options: Any) -> Any:
     """Simulate in the core; what is wrong with a start has a word on where one may be."""
-    states = system._to_core(starts)
+    with _told_where_to_begin(system, starts):
+        return _core.simulate(system._compiled, system._to_core(starts), **options)
+
+
+@contextmanager
+def _told_where_to_begin(system: Machine, starts: NDArray[Any]) -> Iterator[None]:
+    """Add a word on where a start may be to what is wrong with one."""
     try:
-        return _core.simulate(system._compiled, states, **options)
+        yield
     except StateError as error:
         raise StateError(f"{error}{system._where_to_begin(starts)}") from None
 
@@ -297,3 +350,9 @@ def refuse_overlap(system: Machine, initial: Any) -> None:
     _, interrupted, _ = _begun(system, system._starts(initial), time=0.0)
     if interrupted:
         raise KeyboardInterrupt
+
+
+def _warn_of_units(runs: Sequence[AnyRun]) -> None:
+    """Warn of runs without impacts, of which the numbers were perhaps meant in SI."""
+    if runs and runs[0]._system._not_in_si and not any(run.impact_count for run in runs):
+        warn(f"there are no impacts; {runs[0]._system._not_in_si}")

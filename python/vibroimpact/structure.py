@@ -446,8 +446,8 @@ class Structure(Machine):
     @property
     def _made_as(self) -> str:
         drive = ", ".join(["F", *["0"] * (self.coordinates - 1)][:4])
-        more = ", ..." if self.coordinates > 4 else ""
-        return f", such as lambda F: structure.replace(drive_amplitude=[{drive}{more}])"
+        drive += ", ..." if self.coordinates > 4 else ""
+        return f", such as lambda F: structure.replace(drive_amplitude=[{drive}])"
 
     def _starts(self, initial: Any) -> Array:
         return starts(initial, self.coordinates)
@@ -459,8 +459,8 @@ class Structure(Machine):
         if units is not None:
             reject("units", units, "None: a structure has no scales")
 
-    def _run(self, core: Any, start: Array) -> Any:
-        return verb("structure_run")(core, self, start)
+    def _run_class(self) -> Any:
+        return verb("structure_run")
 
     def _to_core(self, states: Array) -> Array:
         return self._basis.modal(states)

@@ -8,6 +8,7 @@ used.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
@@ -254,18 +255,24 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
         >>> found.names, found.final_state.shape
         (('gap', 'v_0', 'spring'), (2, 3))
         """
-        refuse_units(directions, "derivatives are in the units of the structure")
-        by = directions_of(self._system, names, directions)
-        start = self._system._to_core(self._initial)
-        try:
-            core: Any = _core.structure_sensitivity(self._core, start, by)
-        except SimulationError as error:
-            error.result = self
-            raise
+        core: Any = self._made_with and self._made_with.by(names, directions)
+        if core is None:
+            by = self._by(self._system, names, directions)
+            start = self._system._to_core(self._initial)
+            try:
+                core = _core.structure_sensitivity(self._core, start, by)
+            except SimulationError as error:
+                error.result = self
+                raise
         if self._system._basis.is_modal:
             core = PhysicalSensitivity(core, self._system._from_core)
         found: Sensitivity = verb("sensitivity")(core, self, names, directions)
         return found
+
+    @classmethod
+    def _by(cls, system: Structure, names: tuple[Any, ...], along: Mapping[str, Any]) -> Any:
+        refuse_units(along, "derivatives are in the units of the structure")
+        return directions_of(system, names, along)
 
     def refine(self) -> StructureOrbit | NotFound:
         """Find the periodic motion that this run has settled on, to rounding, with its multipliers.

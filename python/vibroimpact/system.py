@@ -452,7 +452,10 @@ class System(HasRestitution, Mechanics):
         return chosen(units, self.scales)
 
     def _run(self, core: Any, start: NDArray[np.float64]) -> Any:
-        return verb("run")(core, self, tuple(start.tolist()))
+        return super()._run(core, tuple(start.tolist()))
+
+    def _run_class(self) -> Any:
+        return verb("run")
 
     def _facts(self) -> Facts:
         return dict(self.to_dict())

@@ -1,22 +1,29 @@
 //! `_core.Sensitivity`.
 
+use std::sync::atomic::AtomicUsize;
+
 use nalgebra::Complex;
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arrays;
-use super::cancel::interruptible_if;
-use super::errors::failed;
+use super::cancel::{Progress, interruptible, interruptible_if};
+use super::errors::{Crossing, failed};
 use super::run::PyRun;
+use super::simulate::{Machine, horizon};
 use super::structure::rows;
 use super::structure_run::PyStructureRun;
+use super::system::to_state;
 use crate::model::state::State;
-use crate::model::structure::{StopVariation, StructureState, Variation};
-use crate::simulate::run::{Recorded, Run};
+use crate::model::structure::{StopVariation, Structure, StructureState, Variation};
+use crate::numerics::cancel::CancelToken;
+use crate::simulate::event::StopReason;
+use crate::simulate::run::{Recorded, Run, RunOptions};
+use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 use crate::tangent::{
-    Along, OneSidedReason, Sensitivity, SensitivityError, SensitivityTable,
-    structure_sensitivity as of_structure,
+    Along, OneSidedReason, Sensitivity, SensitivityError, SensitivityTable, run_with_sensitivity,
+    structure_run_with_sensitivity, structure_sensitivity as of_structure,
 };
 
 impl From<SensitivityError> for PyErr {
@@ -152,22 +159,102 @@ pub(super) fn structure_sensitivity(
     initial: PyReadonlyArray2<'_, f64>,
     by: Vec<(String, Option<Bound<'_, PyDict>>)>,
 ) -> PyResult<PySensitivity> {
-    let initial = rows(&initial);
-    let initial = StructureState::new(&initial[0], &initial[1]);
     let structure = &run.0.system;
-    let mut along = Vec::with_capacity(by.len());
-    for (name, fields) in by {
+    let (initial, along) = (started(&initial), along(structure, by)?);
+    let is_long = is_long(&run.0, along.len(), numbers_of(structure));
+    let (found, _) =
+        interruptible_if(py, is_long, None, |cancel| of_structure(&run.0, initial, along, cancel))?;
+    Ok(PySensitivity(found.of_any()))
+}
+
+/// A run from one start that is made with its derivatives, along directions or by the numbers of names
+/// alone; whether Ctrl-C has ended both; and these. `progress` gets how many millionths of it are done.
+#[pyfunction]
+#[pyo3(signature = (
+    machine, initial, by, *, periods = None, time = None, keep = None,
+    max_events = DEFAULT_MAX_EVENTS, chatter_tolerance = DEFAULT_TOLERANCE, section_phase = 0.0,
+    progress = None,
+))]
+#[allow(clippy::too_many_arguments)]
+pub(super) fn simulate_with_sensitivity(
+    py: Python<'_>,
+    machine: Machine<'_>,
+    initial: PyReadonlyArrayDyn<'_, f64>,
+    by: Vec<(String, Option<Bound<'_, PyDict>>)>,
+    periods: Option<i64>,
+    time: Option<f64>,
+    keep: Option<i64>,
+    max_events: u64,
+    chatter_tolerance: f64,
+    section_phase: f64,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(Py<PyAny>, bool, PySensitivity)> {
+    let horizon = horizon(periods, time)?;
+    let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
+    let progress = progress.as_ref();
+    match machine {
+        Machine::System(system) => {
+            let (system, initial) = (&system.0, to_state(initial.extract()?)?);
+            let names: Vec<String> = by.into_iter().map(|(name, _)| name).collect();
+            let made = beside(py, progress, |watched| {
+                run_with_sensitivity(system, initial, options, &names, watched)
+            })?;
+            with_sensitivity(py, made)
+        }
+        Machine::Structure(structure) => {
+            let structure = &structure.0;
+            let (initial, along) = (started(&initial.extract()?), along(structure, by)?);
+            let made = beside(py, progress, |watched| {
+                structure_run_with_sensitivity(structure, initial, options, along, watched)
+            })?;
+            with_sensitivity(py, made)
+        }
+    }
+}
+
+fn with_sensitivity<M: Crossing, L: Along + 'static>(
+    py: Python<'_>,
+    (run, found): (Run<M>, Sensitivity<L>),
+) -> PyResult<(Py<PyAny>, bool, PySensitivity)> {
+    let interrupted = run.stop_reason == StopReason::Interrupted;
+    Ok((M::wrapped(py, run)?, interrupted, PySensitivity(found.of_any())))
+}
+
+/// Does the work, which Ctrl-C can end, and tells how much of it is done.
+fn beside<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Py<PyAny>>,
+    work: impl FnOnce((&CancelToken, Option<&AtomicUsize>)) -> Result<T, SensitivityError> + Send,
+) -> PyResult<T> {
+    let done = AtomicUsize::new(0);
+    let progress = progress.map(|tell| Progress { tell, done: &done });
+    let watched = progress.is_some().then_some(&done);
+    Ok(interruptible(py, progress.as_ref(), |cancel| work((cancel, watched)))?.0)
+}
+
+fn started(initial: &PyReadonlyArray2<'_, f64>) -> StructureState {
+    let initial = rows(initial);
+    StructureState::new(&initial[0], &initial[1])
+}
+
+/// What derivatives by one name at an event cost, in those of a `System`.
+fn numbers_of(structure: &Structure) -> usize {
+    (2 * structure.coordinates()).pow(2)
+}
+
+/// What a structure is differentiated along.
+fn along(
+    structure: &Structure,
+    by: Vec<(String, Option<Bound<'_, PyDict>>)>,
+) -> PyResult<Vec<(String, Variation)>> {
+    let one = |(name, fields): (String, Option<Bound<'_, PyDict>>)| {
         let variation = match fields {
             Some(fields) => variation(&fields, structure.stops().len())?,
             None => Variation::named(&name, structure)?,
         };
-        along.push((name, variation));
-    }
-    let each = (2 * structure.coordinates()).pow(2);
-    let is_long = is_long(&run.0, along.len(), each);
-    let (found, _) =
-        interruptible_if(py, is_long, None, |cancel| of_structure(&run.0, initial, along, cancel))?;
-    Ok(PySensitivity(found.of_any()))
+        Ok((name, variation))
+    };
+    by.into_iter().map(one).collect()
 }
 
 /// The derivatives of fields.

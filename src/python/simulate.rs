@@ -1,6 +1,6 @@
 //! `_core.simulate`, for every machine; and what the runs of all machines have alike.
 
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::AtomicUsize;
 
 use numpy::ndarray::ArrayViewD;
 use numpy::{PyArray1, PyReadonlyArrayDyn};
@@ -169,18 +169,11 @@ fn proceed_and_tell<M: Crossing>(
     let done = AtomicUsize::new(0);
     let progress = Progress { tell, done: &done };
     interruptible::<_, PyErr>(py, Some(&progress), |cancel| {
-        while !collection.proceed(&cancel.part_of(ASKS_PER_PART)) && !cancel.is_cancelled() {
-            done.store(collection.millionths_done(), Relaxed);
-        }
-        done.store(collection.millionths_done(), Relaxed);
+        collection.proceed_and_tell(cancel, &done);
         Ok(())
     })?;
     Ok(())
 }
-
-/// Asks of the token, one before each flight, between two looks at how far a run is: some tens of
-/// milliseconds.
-const ASKS_PER_PART: u64 = 1 << 15;
 
 /// A run that goes on for further periods or time.
 pub(super) fn resumed<M: Crossing>(

@@ -16,6 +16,7 @@ mod recorded;
 mod structure;
 mod structure_audit;
 mod together;
+mod told;
 mod trace;
 
 pub use audit::EnergyAudit;
@@ -33,6 +34,8 @@ pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
 pub use structure_audit::StructureAudit;
 pub(crate) use together::{Together, run_together};
 pub(crate) use trace::{Begins, Copies, Trace, TracedLeg};
+
+use std::sync::atomic::AtomicUsize;
 
 use serde::{Deserialize, Serialize};
 
@@ -111,7 +114,8 @@ pub struct Run<M: Recorded = System> {
     pub stop_reason: StopReason,
     /// Impacts since t = 0, kept or not.
     pub impact_count: u64,
-    /// Evaluations of the gap function.
+    /// Evaluations of the gap function; 0 in a run from a file.
+    #[serde(skip)]
     pub evaluations: u64,
     /// Start of the window.
     pub(crate) window: Clock,
@@ -134,6 +138,22 @@ pub fn run<M: Recorded>(
 ) -> Result<Run<M>, RunError<M>> {
     let mut collection = Collection::begin(system, initial, options)?;
     collection.proceed(cancel);
+    collection.into_run()
+}
+
+/// The same; tells how many millionths of its time are done, if `done` is there to be told.
+///
+/// # Errors
+/// [`RunError`], as [`run`].
+pub(crate) fn run_and_tell<M: Recorded>(
+    system: &M,
+    initial: M::State,
+    options: RunOptions,
+    (cancel, done): (&CancelToken, Option<&AtomicUsize>),
+) -> Result<Run<M>, RunError<M>> {
+    let Some(done) = done else { return run(system, initial, options, cancel) };
+    let mut collection = Collection::begin(system, initial, options)?;
+    collection.proceed_and_tell(cancel, done);
     collection.into_run()
 }
 
@@ -204,6 +224,11 @@ impl<M: Recorded> Run<M> {
 }
 
 impl<M: Recorded> Run<M> {
+    /// Where its window begins, and the first section in it.
+    pub(crate) fn kept(&self) -> (Clock, i64) {
+        (self.window, self.first_section)
+    }
+
     /// Whether it has kept all events since a start apart, and between them the bodies fly.
     pub(crate) fn is_all_flights(&self) -> bool {
         self.is_whole() && self.contacts.is_empty() && !self.skips_at_end()

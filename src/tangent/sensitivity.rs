@@ -1,9 +1,12 @@
 //! Derivatives of a run by the parameters of its system and by its start (docs/sensitivity.md).
 //!
-//! The motion is followed once more, along its events where the run has kept them. Flights and impacts carry the derivatives by all numbers at once,
+//! The motion is followed once more, along its events where the run has kept them, or once, while the run is
+//! made. Flights and impacts carry the derivatives by all numbers at once,
 //! as they carry perturbations (strike.rs), and add what each number changes by itself. Chatter and
 //! contact phases do so by the derivatives of their legs. Nothing is approximated but the limit of
 //! chatter, whose error is stated with its event.
+
+use std::sync::atomic::AtomicUsize;
 
 mod by;
 mod chatter;
@@ -17,6 +20,7 @@ mod marks;
 mod models;
 mod repeats;
 mod source;
+mod span;
 mod structure;
 mod structure_cycles;
 mod structure_follower;
@@ -27,22 +31,23 @@ mod table;
 
 pub use error::SensitivityError;
 pub use marks::{OneSided, OneSidedReason};
-pub use structure::structure_sensitivity;
+pub use structure::{structure_run_with_sensitivity, structure_sensitivity};
 pub use structure_legs::StructureLegs;
 pub use table::SensitivityTable;
 
 use by::By;
 use columns::Differentiated;
-use follow::{Follower, append};
+use follow::{Follower, Told, append};
 use legs::KeptLegs;
 use source::{Kept, Source};
+use span::Span;
 
 use crate::model::error::ParameterError;
-use crate::model::state::State;
+use crate::model::parameters::System;
+use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::Simulation;
 use crate::simulate::event::ImpactRecord;
-use crate::simulate::run::{Recorded, Run};
+use crate::simulate::run::{Collection, Recorded, Run, RunOptions, run_and_tell};
 use crate::tangent::tolerances::SAME_TIME;
 
 /// What tells derivatives at any time.
@@ -204,52 +209,95 @@ pub fn sensitivity(
     names: &[String],
     cancel: &CancelToken,
 ) -> Result<Sensitivity, SensitivityError> {
-    check_names(names)?;
-    let by = By::all(names, &run.system)?;
-    let of = Differentiated::new(&run.system, by, names.to_vec());
-    let options = &run.options;
-    let end = run.final_state.clock;
-    let last = run.first_section + run.stroboscopic.len() as i64;
-    let sections = (run.first_section..last, options.section_phase);
-    let mut follower = Follower::new(&of, initial, (run.window, end), sections, followed(run));
-    let source = if run.is_whole() && run.is_traced() {
+    let of = differentiated(&run.system, names)?;
+    let phase = run.options.section_phase;
+    let mut follower = Follower::new(&of, initial, Span::of(run), phase, followed(run));
+    let last = if run.is_whole() && run.is_traced() {
         let kept = Kept::new(run, follower.section_offset, cancel);
         let (clock, state) = kept.first();
         if !follower.leads_to(clock, &state) {
             return Err(SensitivityError::OtherMotion { time: of.model.motion.drive.time(clock) });
         }
-        Source::Kept(kept)
+        follower.follow(Source::Kept(kept))?
     } else {
-        let mut simulation = Simulation::new(&run.system, initial)?
-            .until(options.horizon)
-            .max_events(options.max_events)
-            .chatter_tolerance(options.chatter_tolerance)
-            .section_phase(options.section_phase)
-            .cancel_with(cancel);
-        simulation.skips_repeats_until(0);
-        Source::Found(Box::new(simulation), None)
+        let mut again = Collection::told(&run.system, initial, run.options, run.kept(), cancel)?;
+        follower.follow(Source::made(&mut again, None))?
     };
-    let last = follower.follow(source)?;
-    let until = last.is_none().then_some(follower.reached());
-    let final_state = match last {
-        Some(columns) => columns,
-        None => follower.so_far()?,
-    };
-    let rows = follower.rows;
+    let told = follower.told(last)?;
+    concluded(run, of, told)
+}
+
+/// Makes a run with [its derivatives](sensitivity). Where it keeps its last drive periods only, these
+/// cost less than afterwards: the motion before them is followed once. `done` gets how many millionths of
+/// the run's time are done.
+///
+/// # Errors
+/// [`SensitivityError`]: a bad option, start or name, or the run, or a leg of it without derivatives.
+///
+/// # Example
+/// ```
+/// use vibroimpact::tangent::{run_with_sensitivity, sensitivity};
+/// use vibroimpact::{CancelToken, RunOptions, State, System};
+///
+/// let system = System::builder()
+///     .mass_ratio(0.6).frequency_ratio(2.0).restitution(0.8).gap(0.5)
+///     .drive_frequency(1.8).moment_amplitude(1.0)
+///     .build()?;
+/// let (start, never) = (State::new(0.0, 0.5, 0.0, 0.0)?, CancelToken::never());
+/// let (options, names) = (RunOptions::periods(600).keep(10), ["gap".into()]);
+/// let (run, found) = run_with_sensitivity(&system, start, options, &names, (&never, None))?;
+/// assert_eq!(found.times.to_vec(), sensitivity(&run, start, &names, &never)?.times.to_vec());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn run_with_sensitivity(
+    system: &System,
+    initial: State,
+    options: RunOptions,
+    names: &[String],
+    watched @ (cancel, done): (&CancelToken, Option<&AtomicUsize>),
+) -> Result<(Run, Sensitivity), SensitivityError> {
+    let of = differentiated(system, names)?;
+    options.check(system)?;
+    let kept @ (window, _) = options.kept();
+    if window == Clock::START {
+        // It keeps what tells more than a motion in the making.
+        let run = run_and_tell(system, initial, options, watched)?;
+        let found = sensitivity(&run, initial, names, cancel)?;
+        return Ok((run, found));
+    }
+    let mut making = Collection::told(system, initial, options, kept, cancel)?;
+    let span = Span::of_made(&making);
+    let mut follower = Follower::new(&of, initial, span, options.section_phase, (0, 0));
+    let last = follower.follow(Source::made(&mut making, done))?;
+    let told = follower.told(last)?;
+    let run = making.into_run()?;
+    let found = concluded(&run, of, told)?;
+    Ok((run, found))
+}
+
+/// A system, with what it is differentiated by.
+fn differentiated(system: &System, names: &[String]) -> Result<Differentiated, SensitivityError> {
+    check_names(names)?;
+    let by = By::all(names, system)?;
+    Ok(Differentiated::new(system, by, names.to_vec()))
+}
+
+/// The derivatives of a run, from what was told of its motion.
+fn concluded(run: &Run, of: Differentiated, told: Told) -> Result<Sensitivity, SensitivityError> {
+    let Told { rows, looks, last: final_state, until } = told;
     let same = |&(period, time): &(i64, f64), row: &ImpactRecord| {
         period == row.period && (time - row.time).abs() <= SAME_TIME * row.time.abs()
     };
     let place = Place { end: run.final_state.time, until, events: run.events.len() };
-    let k = names.len();
+    let k = of.by.len();
     // Impacts that were followed along the run's are these.
-    let looks = follower.looks;
     let more =
         if looks { place.more(&rows.impacts, &run.impacts, same, |row| row.time)? } else { 0 };
     place.check_sections(rows.stroboscopic.len(), 4 * k * run.stroboscopic.len())?;
     let mut last = Vec::with_capacity(4 * k);
     append(&final_state, &mut last);
     let found = Sensitivity {
-        names: names.to_vec(),
+        names: of.names.clone(),
         times: rows.times.without_first(k * more),
         before: rows.before.without_first(4 * k * more),
         after: rows.after.without_first(4 * k * more),

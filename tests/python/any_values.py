@@ -124,6 +124,7 @@ TAKES: dict[str, set[str]] = {
     "function": set(),
     "names": {"dict"},
     "object or none": {"none"},
+    "directions or none": {"none"},
     "state": {"state", "state of float16"},
     "state or states": {"state", "state of float16", "states", "empty rows"},
     "state or some states": {"state", "state of float16", "states"},
@@ -166,9 +167,10 @@ TAKES: dict[str, set[str]] = {
     "path or none": {*_NAMES, "none"},
 }
 
-# What is not tried, and why: it is taken, and takes as long as is asked for.
+# What is not tried, and why.
 NOT_TRIED = {
     ("axis of starts", "pair of unsigned"): "a tip that turns 1e19 times in a period",
     ("function", "function"): "it is called, and its errors are its own",
     ("function", "type"): "the same",
+    ("directions or none", "dict"): "the error shows the value of its entry",
 }

@@ -45,6 +45,7 @@ _RUN = {
     "units": "object or none",
     "workers": "whole number or none",
 }
+_ONE = _RUN | {"sensitivity": "directions or none"}
 _GRID = {
     "periods": "whole number",
     "keep": "whole number or none",
@@ -148,8 +149,8 @@ def structure_calls() -> dict[str, tuple[Any, ...]]:
             {"text": "object"},
             {"text": "JSON|fields"},
         ),
-        "simulate: structure": (vi.simulate, simulated | {"periods": 2}, _RUN | _PERIODS),
-        "simulate: structure, time": (vi.simulate, simulated | {"time": 2.0}, _RUN | _TIME),
+        "simulate: structure": (vi.simulate, simulated | {"periods": 2}, _ONE | _PERIODS),
+        "simulate: structure, time": (vi.simulate, simulated | {"time": 2.0}, _ONE | _TIME),
         "StructureRun.trajectory": (
             moving_run().trajectory,
             {"t": [moving_run().kept_from]},

@@ -69,7 +69,8 @@ REFUSALS = (vi.ParameterError, vi.StateError)
 ENDS = (*REFUSALS, vi.SimulationError)
 # Where work begins, for what is refused before any.
 WORK = [
-    *((_core, name) for name in ("simulate", "sweep", "arrivals", "lyapunov_spectrum")),
+    *((_core, name) for name in ("simulate", "simulate_with_sensitivity", "sweep", "arrivals")),
+    (_core, "lyapunov_spectrum"),
     ("orbits.shooting", "solve_orbit"),
     ("orbits.branches", "followed"),
     ("orbits.regions", "Walk"),

@@ -114,9 +114,9 @@ print(*sorted({"asyncio", "difflib", "tempfile", "unittest", "zipfile"} & new))
     assert packages == "numpy vibroimpact"
     needed = (
         "_core archived arguments by_value errors extras hints horizons impacts interruption "
-        "keyword_types machine machine_kinds mechanics period_report physical quadrature "
-        "restitution run run_parts run_record run_trace scales showing simulation system tables "
-        "verbs"
+        "keyword_types machine machine_kinds made_with mechanics period_report physical "
+        "quadrature restitution run run_parts run_record run_trace scales showing simulation "
+        "system tables verbs"
     )
     assert modules == needed
     assert slow == ""

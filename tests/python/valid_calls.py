@@ -43,6 +43,13 @@ _SYSTEM = {
     "max_events": "whole number or none",
     "chatter_tolerance": "number > 0",
 }
+_LAST_OF_RUN = {
+    "section_phase": "number",
+    "progress": "true or false",
+    "units": "object or none",
+    "workers": "whole number or none",
+    "sensitivity": "directions or none",
+}
 _ENGINE = {
     "progress": "true or false",
     "workers": "whole number or none",
@@ -154,10 +161,7 @@ def calls() -> dict[str, Call]:
                 "periods": "whole number",
                 "time": "object or none",
                 "keep": "whole number or none",
-                "section_phase": "number",
-                "progress": "true or false",
-                "units": "object or none",
-                "workers": "whole number or none",
+                **_LAST_OF_RUN,
             },
         ),
         "simulate: time": Call(
@@ -169,10 +173,7 @@ def calls() -> dict[str, Call]:
                 "periods": "object or none",
                 "time": "number > 0",
                 "keep": "object or none",
-                "section_phase": "number",
-                "progress": "true or false",
-                "units": "object or none",
-                "workers": "whole number or none",
+                **_LAST_OF_RUN,
             },
         ),
         "Run.trajectory": Call(

@@ -103,6 +103,7 @@ def gradient(
     if not callable(function):
         reject("function", function, "a function of a run")
     machine, start, numbers, coordinates = _given(system, names, initial)
+    basis = basis_of(machine, numbers).with_coordinates(coordinates)
     run = simulated(
         machine,
         initial=start,
@@ -112,8 +113,8 @@ def gradient(
         section_phase=section_phase,
         max_events=max_events,
         chatter_tolerance=chatter_tolerance,
+        asked=(tuple(basis.names), basis.directions),
     )
-    basis = basis_of(machine, numbers).with_coordinates(coordinates)
     # In the order of the names.
     order = [[*numbers, *coordinates].index(name) for name in _listed(names)]
     basis = replace(basis, chain=basis.chain[:, order])

@@ -1,5 +1,7 @@
 //! A run in the making: from its start or from the end of another, in one go or in parts.
 
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
 use super::collector::Collector;
 use super::kept::Kept;
 use super::options::RunOptions;
@@ -17,16 +19,21 @@ use crate::simulate::{Cycle, Job, Laned, Leg, ModelEvent, Simulation};
 const MOST_EXPECTED: usize = 1024;
 
 /// Most events, and sections, that are copied between two looks at the token.
-const MOST_COPIED: u64 = 1 << 16;
+pub(super) const MOST_COPIED: u64 = 1 << 16;
+
+/// Asks of the token, one before each flight, between two looks at how far a run is: some tens of
+/// milliseconds.
+const ASKS_PER_PART: u64 = 1 << 15;
 
 /// A run in the making.
+#[derive(Clone)]
 pub(crate) struct Collection<M: Recorded = System> {
     system: M,
     options: RunOptions,
-    window: Clock,
-    first_section: i64,
-    simulation: Simulation<M>,
-    collector: Collector<M>,
+    pub(super) window: Clock,
+    pub(super) first_section: i64,
+    pub(super) simulation: Simulation<M>,
+    pub(super) collector: Collector<M>,
     kept: Kept<M>,
     end: Option<StopEvent<M::State>>,
     failure: Option<SimulationError>,
@@ -44,7 +51,7 @@ impl<M: Recorded + Laned> Job for Collection<M> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // in the lanes
     fn take(&mut self, event: Result<M::Event, SimulationError>) {
-        self.took(event);
+        self.took(&event);
     }
 
     #[inline(always)]
@@ -65,31 +72,42 @@ impl<M: Recorded + Laned> Job for Collection<M> {
 impl<M: Recorded> Collection<M> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // in the lanes
-    fn took(&mut self, event: Result<M::Event, SimulationError>) {
+    fn took(&mut self, event: &Result<M::Event, SimulationError>) {
+        if self.keeps(event)
+            && let Some((cycle, times)) = self.simulation.repeats()
+        {
+            self.repeat(&cycle, times);
+        }
+    }
+
+    /// Takes note of an event; whether it belongs to the window.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(super) fn keeps(&mut self, event: &Result<M::Event, SimulationError>) -> bool {
         let event = match event {
             Ok(event) => event,
             Err(error) => {
                 // An interruption that the run has gone on from is no longer its end.
-                (self.failure, self.end) = (Some(error), None);
-                return;
+                (self.failure, self.end) = (Some(error.clone()), None);
+                return false;
             }
         };
         if let Some(stop) = event.as_stop() {
             self.end = Some(stop.clone());
+            false
         } else if self.collector.precedes(event.clock()) {
             self.collector.anchor = self.simulation.checkpoint().anchor.clone();
+            false
         } else {
-            self.kept.take(&event);
-            if let Some((cycle, times)) = self.simulation.repeats() {
-                self.repeat(&cycle, times);
-            }
+            self.kept.take(event);
+            true
         }
     }
 
     /// Runs to the end.
     pub(super) fn run_out(&mut self) {
         while let Some(event) = self.next() {
-            self.took(event);
+            self.took(&event);
         }
     }
 
@@ -141,8 +159,15 @@ impl<M: Recorded> Collection<M> {
         self.end.as_ref().is_none_or(|end| end.reason != StopReason::Interrupted)
     }
 
+    /// The same; tells how many millionths of its time are done.
+    pub fn proceed_and_tell(&mut self, cancel: &CancelToken, done: &AtomicUsize) {
+        while !self.proceed(&cancel.part_of(ASKS_PER_PART)) && !cancel.is_cancelled() {
+            done.store(self.millionths_done(), Relaxed);
+        }
+        done.store(self.millionths_done(), Relaxed);
+    }
+
     /// How many millionths of its time are done.
-    #[cfg_attr(not(feature = "python"), expect(dead_code))]
     pub fn millionths_done(&self) -> usize {
         let drive = self.simulation.drive();
         let here = self.end.as_ref().map_or(self.simulation.clock(), |end| end.clock);
@@ -171,13 +196,20 @@ impl<M: Recorded> Collection<M> {
         options: RunOptions,
         window: Clock,
     ) -> Self {
-        let mut simulation = simulation
-            .until(options.horizon)
-            .max_events(options.max_events)
-            .chatter_tolerance(options.chatter_tolerance)
-            .section_phase(options.section_phase);
+        let mut simulation = made_as(simulation, options);
         simulation.sections_from(window.period + 1);
         simulation.skips_repeats_until(window.period);
+        let first_section = simulation.checkpoint().next_section;
+        Self::keeping(simulation, system, options, (window, first_section))
+    }
+
+    /// What keeps the window of a simulation, from this section on.
+    pub(super) fn keeping(
+        simulation: Simulation<M>,
+        system: &M,
+        options: RunOptions,
+        (window, first_section): (Clock, i64),
+    ) -> Self {
         let end = simulation.horizon_clock().period;
         let expected =
             usize::try_from(end.saturating_sub(window.period)).map_or(0, |n| n.min(MOST_EXPECTED));
@@ -191,7 +223,7 @@ impl<M: Recorded> Collection<M> {
             system: system.clone(),
             options,
             window,
-            first_section: simulation.checkpoint().next_section,
+            first_section,
             simulation,
             collector,
             kept: Kept::with_capacity(expected),
@@ -202,7 +234,7 @@ impl<M: Recorded> Collection<M> {
 
     /// Copies what repeats, a part of it at a time so that the caller can end the run.
     #[inline(never)]
-    fn repeat(&mut self, cycle: &Cycle, times: i64) {
+    pub(super) fn repeat(&mut self, cycle: &Cycle, times: i64) {
         let most = MOST_COPIED / cycle.events.max(cycle.periods.unsigned_abs());
         let times = times.min(i64::try_from(most).unwrap_or(i64::MAX).max(1));
         let events = usize::try_from(cycle.events).unwrap_or(usize::MAX);
@@ -217,6 +249,8 @@ impl<M: Recorded> Collection<M> {
     /// Goes on to the end, and makes the run of what was kept.
     pub fn into_run(mut self) -> Result<Run<M>, RunError<M>> {
         self.run_out();
+        // Also where it ends before the window, and all sections were told.
+        self.simulation.sections_from(self.first_section);
         let failure = self.failure.take();
         let Self { system, options, window, first_section, simulation, collector, .. } = self;
         let end = self.end.unwrap_or_else(|| simulation.standstill());
@@ -258,6 +292,18 @@ impl<M: Recorded> Collection<M> {
             None => Ok(run),
         }
     }
+}
+
+/// A simulation up to its horizon, with the caps, tolerances and sections of these options.
+pub(super) fn made_as<M: Recorded>(
+    simulation: Simulation<M>,
+    options: RunOptions,
+) -> Simulation<M> {
+    simulation
+        .until(options.horizon)
+        .max_events(options.max_events)
+        .chatter_tolerance(options.chatter_tolerance)
+        .section_phase(options.section_phase)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use crate::model::state::{Clock, State};
 use crate::simulate::{Anchor, AnchorOf, Observer};
 
 /// Collects sections, and passes over what comes before the window.
+#[derive(Clone)]
 pub(crate) struct Collector<M: Recorded = System> {
     pub(super) sections: Vec<M::Section>,
     /// Start of the window, and whether what happens there belongs to it.

@@ -7,6 +7,7 @@ use crate::model::state::Clock;
 use crate::simulate::event::{EventKind, EventRecord};
 
 /// The tables of a run in the making.
+#[derive(Clone)]
 pub(super) struct Kept<M: Recorded> {
     pub impacts: Vec<M::ImpactRow>,
     pub grazes: Vec<M::GrazeRow>,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::recorded::Recorded;
 use crate::model::error::ParameterError;
+use crate::model::state::Clock;
 use crate::simulate::Horizon;
 use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE, MOST_COUNTED};
 
@@ -108,6 +109,11 @@ impl RunOptions {
             return error("section_phase", self.section_phase.to_string(), "in [0, 2 pi)");
         }
         Ok(())
+    }
+
+    /// Where the window begins, and its first section.
+    pub(crate) fn kept(&self) -> (Clock, i64) {
+        (Clock::new(self.window(), 0.0), self.window() + 1)
     }
 
     /// First drive period of which anything is kept.

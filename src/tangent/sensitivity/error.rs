@@ -1,6 +1,7 @@
 //! Why a run has no derivatives.
 
 use crate::model::error::{ParameterError, SimulationError, StateError};
+use crate::simulate::run::{Recorded, RunError};
 use crate::tangent::structure::StructureTangentError;
 
 /// Why a run has no derivatives.
@@ -68,6 +69,16 @@ impl From<StructureTangentError> for SensitivityError {
             StructureTangentError::State(error) => error.into(),
             StructureTangentError::Simulation(error) => error.into(),
             other => Self::Structure(other),
+        }
+    }
+}
+
+impl<M: Recorded> From<RunError<M>> for SensitivityError {
+    fn from(why: RunError<M>) -> Self {
+        match why {
+            RunError::Parameter(error) => error.into(),
+            RunError::State(error) => error.into(),
+            RunError::Simulation { error, .. } => error.into(),
         }
     }
 }

@@ -1,7 +1,5 @@
 //! The motion of a run again, event by event, with its derivatives.
 
-use std::ops::Range;
-
 use super::by::By;
 use super::chatter::Bounces;
 use super::columns::{Column, Columns, Differentiated, Here, moves_stop};
@@ -10,6 +8,7 @@ use super::impact::FollowedImpact;
 use super::legs::{KeptLegs, SensitiveLeg};
 use super::marks::{OneSided, OneSidedReason, one_sided};
 use super::source::{Next, Passed, Source};
+use super::span::Span;
 use super::table::SensitivityTable;
 use crate::contact::sustained::ContactMode;
 use crate::model::contact_coordinates::PreImpact;
@@ -40,13 +39,8 @@ const FEWEST_ALIKE: i64 = 3;
 /// Follows a motion.
 pub(super) struct Follower<'a> {
     pub of: &'a Differentiated,
-    /// What comes before is not recorded.
-    pub window: Clock,
-    /// Where the run ends.
-    end: Clock,
+    pub span: Span,
     pub section_offset: f64,
-    /// Numbers of the sections that are recorded.
-    pub sections: Range<i64>,
     reader: LegReader,
     pub leg: SensitiveLeg,
     /// The instant at which it begins, with all of its digits.
@@ -63,6 +57,17 @@ pub(super) struct Follower<'a> {
     pub looks: bool,
     /// Where the rows are, in a cycle that is going to come again.
     pub instants: Option<Box<Instants>>,
+}
+
+/// What is told of a motion.
+pub(super) struct Told {
+    pub rows: Rows,
+    /// Whether the impacts may be others than the run's.
+    pub looks: bool,
+    /// The derivatives of the state at the end, or
+    pub last: Columns,
+    /// where the caller has cancelled the rest, at this time.
+    pub until: Option<f64>,
 }
 
 /// The instants of a cycle.
@@ -91,8 +96,8 @@ impl<'a> Follower<'a> {
     pub fn new(
         of: &'a Differentiated,
         initial: State,
-        (window, end): (Clock, Clock),
-        (sections, section_phase): (Range<i64>, f64),
+        span: Span,
+        section_phase: f64,
         (impacts, passed): (usize, usize),
     ) -> Self {
         let k = of.by.len();
@@ -110,10 +115,8 @@ impl<'a> Follower<'a> {
         let leg = SensitiveLeg { here, mode: None, hops: false, time: 0.0 };
         Self {
             of,
-            window,
-            end,
+            span,
             section_offset,
-            sections,
             reader: LegReader { mode: None },
             leg,
             began: Clock::START,
@@ -132,10 +135,9 @@ impl<'a> Follower<'a> {
         let leg = SensitiveLeg { here: Here { columns, ..self.leg.here.clone() }, ..self.leg };
         Follower {
             of,
-            window: Clock::START,
-            end: self.end,
+            // All of it is told.
+            span: Span { window: Clock::START, sections: i64::MIN..i64::MAX, ..self.span },
             section_offset: self.section_offset,
-            sections: i64::MIN..i64::MAX,
             reader: LegReader { mode: None },
             leg,
             began: self.began,
@@ -175,8 +177,8 @@ impl<'a> Follower<'a> {
     /// Follows events to the end of the run; returns the derivatives of the state there, or nothing
     /// if the caller has cancelled.
     pub fn follow(&mut self, mut source: Source) -> Result<Option<Columns>, SensitivityError> {
-        let mut passed = Passed { first: self.sections.start, all: Vec::new() };
-        self.looks = matches!(source, Source::Found(..));
+        let mut passed = Passed { first: self.span.sections.start, all: Vec::new() };
+        self.looks = matches!(source, Source::Made(..));
         loop {
             match self.step(&mut source, &mut passed)? {
                 Step::Goes => {}
@@ -207,20 +209,21 @@ impl<'a> Follower<'a> {
             return Err(self.other_motion(self.leg.here.clock));
         };
         let (event, hops) = next?;
-        let over = event.clock() > self.end || matches!(event, Next::Other(Event::Stop(_)));
+        let over = event.clock() > self.span.end || matches!(event, Next::Other(Event::Stop(_)));
         if let Next::Other(Event::Stop(stop)) = event
-            && stop.clock < self.end
+            && stop.clock < self.span.end
         {
-            let cancelled = stop.reason == StopReason::Interrupted;
-            return if cancelled {
-                Ok(Step::Cancelled)
-            } else {
-                Err(self.other_motion(stop.clock))
-            };
+            if stop.reason == StopReason::Interrupted {
+                return Ok(Step::Cancelled);
+            }
+            if !self.span.is_made {
+                return Err(self.other_motion(stop.clock));
+            }
+            self.span.end = stop.clock;
         }
         self.leg.hops = hops;
         for (k, state) in passed.all.drain(..) {
-            if self.sections.contains(&k) {
+            if self.span.sections.contains(&k) {
                 let period = k - i64::from(self.section_offset > 0.0);
                 self.section(Clock::new(period, self.section_offset), &state)?;
                 if let Some(instants) = &mut self.instants {
@@ -229,8 +232,8 @@ impl<'a> Follower<'a> {
             }
         }
         if over {
-            self.keep_leg(self.end);
-            return Ok(Step::Ends(self.at(self.end)?));
+            self.keep_leg(self.span.end);
+            return Ok(Step::Ends(self.at(self.span.end)?));
         }
         self.take(&event)?;
         Ok(Step::Goes)
@@ -242,15 +245,16 @@ impl<'a> Follower<'a> {
         Ok(self.of.at_fixed_time(columns, &rates, clock))
     }
 
-    /// The time of the last event so far.
-    pub fn reached(&self) -> f64 {
-        self.leg.time
-    }
-
-    /// The derivatives at the last event so far.
-    pub fn so_far(&mut self) -> Result<Columns, SensitivityError> {
-        self.keep_leg(self.leg.here.clock);
-        self.at(self.leg.here.clock)
+    /// What it tells, from what following has come to; of a motion that was cancelled up to its last event.
+    pub fn told(mut self, last: Option<Columns>) -> Result<Told, SensitivityError> {
+        let until = last.is_none().then_some(self.leg.time);
+        let last = if let Some(columns) = last {
+            columns
+        } else {
+            self.keep_leg(self.leg.here.clock);
+            self.at(self.leg.here.clock)?
+        };
+        Ok(Told { rows: self.rows, looks: self.looks, last, until })
     }
 
     fn section(&mut self, clock: Clock, state: &State) -> Result<(), SensitivityError> {
@@ -287,7 +291,7 @@ impl<'a> Follower<'a> {
         if let Some(instants) = &mut self.instants {
             instants.events.push(clock);
         }
-        self.rows.earlier += i64::from(clock < self.window);
+        self.rows.earlier += i64::from(clock < self.span.window);
         let event = match event {
             Next::Other(Event::Graze(_)) => return Ok(()),
             Next::Other(event) => event,
@@ -295,7 +299,7 @@ impl<'a> Follower<'a> {
             // Bodies part before they strike.
             Next::Impact(_) => return Err(self.other_motion(clock)),
         };
-        if clock >= self.window {
+        if clock >= self.span.window {
             self.keep_leg(clock);
         }
         let here = &self.leg.here;
@@ -349,7 +353,7 @@ impl<'a> Follower<'a> {
         // Tables of impacts have no more of the clock, which low bounces alone could tell.
         let clock = Clock::new(impact.clock.period, impact.clock.time_in_period);
         let clock = if self.low.is_none() { clock } else { impact.clock };
-        let kept = impact.clock >= self.window;
+        let kept = impact.clock >= self.span.window;
         if kept {
             self.keep_leg(impact.clock);
         }

@@ -76,7 +76,7 @@ impl Follower<'_> {
             first_not(0..count * cycles, |place| is(place % count, later(place / count)))
         };
         let then = |clock: &Clock, later: i64| Clock { period: clock.period + later, ..*clock };
-        let window = self.window;
+        let window = self.span.window;
         let rows = &mut self.rows;
         let events = instants.events.len();
         if !instants.marks.is_empty() {
@@ -114,7 +114,7 @@ impl Follower<'_> {
 
         let numbers = &instants.sections;
         let before = |end: i64| first_not(numbers.len(), &|i, later: i64| numbers[i] + later < end);
-        let [first, last] = [self.sections.start, self.sections.end].map(before);
+        let [first, last] = [self.span.sections.start, self.span.sections.end].map(before);
         let stroboscopic = table(one.rows.stroboscopic.followed(), 4 * first..4 * last);
         rows.stroboscopic.repeat(stroboscopic);
 
@@ -134,7 +134,7 @@ mod tests {
     use crate::model::state::State;
     use crate::numerics::cancel::CancelToken;
     use crate::simulate::run::{Run, RunOptions, run};
-    use crate::tangent::sensitivity::{Sensitivity, sensitivity};
+    use crate::tangent::sensitivity::{Sensitivity, run_with_sensitivity, sensitivity};
 
     const PERIODS: i64 = 600;
 
@@ -205,6 +205,40 @@ mod tests {
             let times: Vec<f64> = (0..=997).map(|i| end * f64::from(i) / 997.0).collect();
             let along = |of: &Sensitivity| of.trajectory(&times).unwrap().unwrap();
             assert_same(&along(&found), &along(&other));
+        }
+    }
+
+    #[test]
+    fn a_run_made_with_its_derivatives_is_the_run_and_has_those_of_it() {
+        let start = State { x1: 0.0, v1: 0.5, x2: 0.0, v2: 0.0 };
+        let names = ["gap", "v1", "drive_frequency", "friction"].map(String::from);
+        let never = CancelToken::never();
+        for system in motions() {
+            for (kept, section_phase) in [(0, 0.0), (1, 1.3), (7, 0.0), (400, 1.3), (600, 0.0)] {
+                let options = RunOptions { section_phase, ..RunOptions::periods(PERIODS) };
+                let options = options.keep(kept);
+                let whole = (&never, None);
+                let (mut made, found) =
+                    run_with_sensitivity(&system, start, options, &names, whole).unwrap();
+                let alone = simulated(&system, options);
+                // How much was worked out differs, nothing else.
+                made.evaluations = alone.evaluations;
+                assert_eq!(made, alone);
+                assert_eq!(made.kept_from().to_bits(), alone.kept_from().to_bits());
+                let other = of(&alone);
+                assert_same(&found.times, &other.times);
+                assert_same(&found.before, &other.before);
+                assert_same(&found.after, &other.after);
+                assert_same(&found.stroboscopic, &other.stroboscopic);
+                assert_same(&found.final_state, &other.final_state);
+                assert_eq!(found.one_sided, other.one_sided);
+                let (first, end) = (alone.kept_from(), alone.final_state.time);
+                let times: Vec<f64> = (0..=97)
+                    .map(|i| (first + (end - first) * f64::from(i) / 97.0).min(end))
+                    .collect();
+                let along = |of: &Sensitivity| of.trajectory(&times).unwrap().unwrap();
+                assert_same(&along(&found), &along(&other));
+            }
         }
     }
 

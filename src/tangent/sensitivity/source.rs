@@ -1,5 +1,7 @@
-//! Where the events of a run come from: from its tables, where they have all of them, or from the
-//! motion once more. Both know where the motion repeats to the last bit.
+//! Where the events of a run come from: from its tables, where they have all of them, or from a run in the
+//! making. Both know where the motion repeats to the last bit.
+
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use super::impact::FollowedImpact;
 use crate::contact::sustained::{ContactForce, ContactMode};
@@ -11,8 +13,8 @@ use crate::simulate::event::{
     ChatterEvent, ContactEvent, ContactRecord, Event, EventKind, EventRecord, GrazeEvent,
     GrazeRecord, StopEvent, StopReason,
 };
-use crate::simulate::run::{Copies, Recorded as _, Run};
-use crate::simulate::{Cycle, Observer, Simulation};
+use crate::simulate::run::{Collection, Copies, Recorded as _, Run};
+use crate::simulate::{Cycle, Observer};
 
 /// The sections that have been passed since they were last asked for, and the states there.
 pub(super) struct Passed {
@@ -51,10 +53,17 @@ impl Next {
 
 /// The events of a run, one by one.
 pub(super) enum Source<'a> {
-    /// As a simulation finds them, and what it has found that the motion repeats.
-    Found(Box<Simulation>, Option<Cycle>),
+    /// As they are found while the run is made, and what has been found that the motion repeats.
+    Made(Making<'a>),
     /// As they are kept.
     Kept(Kept<'a>),
+}
+
+/// A run in the making, who wants to know how much of it is done, and what has been found to repeat.
+pub(super) struct Making<'a> {
+    pub run: &'a mut Collection,
+    pub done: Option<&'a AtomicUsize>,
+    pub cycle: Option<Cycle>,
 }
 
 /// The events that a run keeps.
@@ -199,7 +208,12 @@ impl<'a> Kept<'a> {
     }
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    /// A run in the making; `done` gets how many millionths of it are.
+    pub fn made(run: &'a mut Collection, done: Option<&'a AtomicUsize>) -> Self {
+        Self::Made(Making { run, done, cycle: None })
+    }
+
     /// The next event, and whether impacts were skipped on the way to it.
     pub fn advance(
         &mut self,
@@ -207,12 +221,15 @@ impl Source<'_> {
         passed: &mut Passed,
     ) -> Option<Result<(Next, bool), SimulationError>> {
         match self {
-            Self::Found(simulation, _) => {
-                let event = match simulation.advance(passed)? {
+            Self::Made(Making { run, done, .. }) => {
+                let event = match run.tell(passed)? {
                     Ok(event) => event,
                     Err(error) => return Some(Err(error)),
                 };
-                let hops = matches!(event, Event::Chatter(_)) || simulation.skips_at(&event);
+                if let Some(done) = done {
+                    done.store(run.millionths_done(), Relaxed);
+                }
+                let hops = matches!(event, Event::Chatter(_)) || run.skips_at(&event);
                 let next = match &event {
                     Event::Impact(impact) => Next::Impact(FollowedImpact::found(system, impact)),
                     _ => Next::Other(event),
@@ -235,26 +252,24 @@ impl Source<'_> {
     /// the impact is none of those that may lead into chatter, which belong together.
     pub fn alike(&mut self, apart: bool) -> Option<(Alike, i64)> {
         match self {
-            Self::Found(simulation, found) => {
-                if let Some((cycle, _)) = simulation.repeats() {
-                    *found = Some(cycle);
-                }
-                let cycle = found.take_if(|_| apart)?;
+            Self::Made(Making { run, cycle, .. }) => {
+                *cycle = run.found_to_repeat().or(*cycle);
+                let cycle = cycle.take_if(|_| apart)?;
                 let (events, periods) = (usize::try_from(cycle.events).ok()?, cycle.periods);
                 let alike = Alike::new((events, cycle.is_all_impacts()), periods, Some(cycle));
-                Some((alike, simulation.cycles_left_to_end(&cycle) / alike.together))
+                Some((alike, run.cycles_left(&cycle) / alike.together))
             }
             Self::Kept(kept) => kept.alike().filter(|_| apart),
         }
     }
 
-    /// Passes over all cycles that are left, after one of them; how many.
+    /// Passes over cycles that are left, after one of them; how many.
     pub fn pass(&mut self, alike: &Alike) -> i64 {
         match self {
-            Self::Found(simulation, _) => {
+            Self::Made(Making { run, .. }) => {
                 let Some(cycle) = &alike.cycle else { return 0 };
-                let times = simulation.cycles_left_to_end(cycle).max(0) / alike.together;
-                simulation.repeat(cycle, times * alike.together);
+                let times = run.cycles_left(cycle).max(0) / alike.together;
+                run.pass(cycle, times * alike.together);
                 times
             }
             Self::Kept(kept) => {

@@ -1,36 +1,38 @@
 //! Derivatives of a run of a structure: its motion again, turn by turn, with its derivatives.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 use nalgebra::DMatrix;
 
 use super::error::SensitivityError;
+use super::span::Span;
 use super::structure_follower::{Follower, Rows, Turn};
 use super::structure_kept::Kept;
-use super::structure_legs::{StructureLegs, tell};
+use super::structure_legs::{SensitiveLeg, StructureLegs, tell};
 use super::structure_source::Source;
 use super::table::SensitivityTable;
 use super::{Place, Sensitivity, check_names, followed};
+use crate::model::error::ParameterError;
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState, Variation};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::Simulation;
-use crate::simulate::run::{Run, StopImpactRecord};
+use crate::simulate::run::{Collection, Run, RunOptions, StopImpactRecord, run_and_tell};
 use crate::tangent::structure::{Linearised, Perturbed};
 use crate::tangent::tolerances::SAME_TIME;
 
 impl Follower<'_> {
     /// To the end of the run: derivatives of the state there, or nothing if the caller has cancelled.
-    fn follow(&mut self, mut source: Source) -> Result<Option<DMatrix<f64>>, SensitivityError> {
-        self.leg(&mut source);
+    fn follow(&mut self, source: &mut Source) -> Result<Option<DMatrix<f64>>, SensitivityError> {
+        self.leg(source);
         let mut may_repeat = true;
         loop {
-            let mut turn = self.turn(&mut source)?;
+            let mut turn = self.turn(source)?;
             if turn == Turn::Over
                 && may_repeat
-                && let Some(alike) = self.cycle_from(&source)
+                && let Some(alike) = self.cycle_from(source)
             {
-                let repeated = self.repeat(&mut source, &alike);
+                let repeated = self.repeat(source, &alike);
                 may_repeat = repeated.is_some();
                 turn = repeated.unwrap_or(turn);
             }
@@ -40,6 +42,22 @@ impl Follower<'_> {
                 Turn::Cancelled => return Ok(None),
             }
         }
+    }
+
+    /// What there is to tell of a motion; of one that was cancelled up to its last leg.
+    fn told(mut self, source: &mut Source) -> Result<Told, SensitivityError> {
+        let last = self.follow(source)?;
+        let Self { of, legs, rows, derivatives: blank, .. } = self;
+        let (last, until) = match (last, legs.last()) {
+            (Some(columns), _) => (columns, None),
+            (None, Some(leg)) => {
+                let cycled = leg.cycled_at(of.drive(), f64::INFINITY);
+                let leg = cycled.as_ref().unwrap_or(leg);
+                (leg.at_fixed_time(&blank, leg.clock)?, Some(leg.time))
+            }
+            (None, None) => return Err(SensitivityError::OtherMotion { time: 0.0 }),
+        };
+        Ok(Told { rows, legs, blank, last, until })
     }
 }
 
@@ -78,90 +96,149 @@ pub fn structure_sensitivity(
     cancel: &CancelToken,
 ) -> Result<Sensitivity<StructureLegs>, SensitivityError> {
     let structure = &run.system;
-    let (names, by): (Vec<String>, Vec<Variation>) = by.into_iter().unzip();
-    check_names(&names)?;
-    for (name, variation) in names.iter().zip(&by) {
-        variation.check(name, structure)?;
-    }
-    let count = structure.coordinates();
-    let mut columns = DMatrix::zeros(2 * count, by.len());
-    for (mut column, variation) in columns.column_iter_mut().zip(&by) {
-        if let Some(start) = &variation.start {
-            column.rows_mut(0, count).copy_from_slice(&start.q);
-            column.rows_mut(count, count).copy_from_slice(&start.v);
-        }
-    }
-    let (impacts, sections) = followed(run);
-    let width = 2 * count * by.len();
-    let rows = Rows {
-        times: SensitivityTable::with_capacity(by.len() * impacts),
-        before: SensitivityTable::with_capacity(width * impacts),
-        after: SensitivityTable::with_capacity(width * impacts),
-        stroboscopic: SensitivityTable::with_capacity(width * sections),
-        ..Rows::default()
-    };
-    let of = Arc::new(Linearised::along(structure, by));
-    let options = &run.options;
-    let end = run.final_state.clock;
-    let phase = options.section_phase;
-    let section_offset = if phase > 0.0 { phase / structure.drive_frequency() } else { 0.0 };
-    let mut follower = Follower {
-        of: &of,
-        window: run.window,
-        end,
-        section_offset,
-        sections: run.first_section..run.first_section + run.stroboscopic.len() as i64,
-        derivatives: Perturbed::new(Arc::clone(&of), Clock::START, columns),
-        legs: Vec::with_capacity(impacts + 1),
-        rows,
-    };
-    let source = if let Some(kept) = Kept::new(run, &initial, section_offset, cancel)? {
+    let by = Along::new(structure, by)?;
+    let (phase, rooms) = (run.options.section_phase, followed(run));
+    let follower = by.follower(Span::of(run), phase, rooms);
+    let mut source = if let Some(kept) = Kept::new(run, &initial, follower.section_offset, cancel)?
+    {
         Source::Kept(Box::new(kept))
     } else {
-        let simulation = Simulation::new(structure, initial)?
-            .until(options.horizon)
-            .max_events(options.max_events)
-            .chatter_tolerance(options.chatter_tolerance)
-            .section_phase(options.section_phase)
-            .cancel_with(cancel);
-        Source::found(simulation)
+        Source::made(Collection::told(structure, initial, run.options, run.kept(), cancel)?, None)
     };
-    let last = follower.follow(source)?;
-    let Follower { legs, rows, derivatives: blank, .. } = follower;
-    let mut until = None;
-    let final_state = match (last, legs.last()) {
-        (Some(columns), _) => columns,
-        (None, Some(leg)) => {
-            let cycled = leg.cycled_at(of.drive(), f64::INFINITY);
-            let leg = cycled.as_ref().unwrap_or(leg);
-            until = Some(leg.time);
-            leg.at_fixed_time(&blank, leg.clock)?
+    let told = follower.told(&mut source)?;
+    by.concluded(run, told)
+}
+
+/// Makes a run of a structure with [its derivatives](structure_sensitivity). Where it keeps its last drive
+/// periods only, these cost less than afterwards: the motion before them is followed once. `done` gets how
+/// many millionths of the run's time are done.
+///
+/// # Errors
+/// [`SensitivityError`]: a bad option, start, name or variation, or the run, or a leg of it without
+/// derivatives.
+pub fn structure_run_with_sensitivity(
+    structure: &Structure,
+    initial: StructureState,
+    options: RunOptions,
+    by: Vec<(String, Variation)>,
+    watched @ (cancel, done): (&CancelToken, Option<&AtomicUsize>),
+) -> Result<(Run<Structure>, Sensitivity<StructureLegs>), SensitivityError> {
+    let along = Along::new(structure, by.clone())?;
+    options.check(structure)?;
+    let kept @ (window, _) = options.kept();
+    if window == Clock::START {
+        // It keeps what tells more than a motion in the making.
+        let run = run_and_tell(structure, initial.clone(), options, watched)?;
+        let found = structure_sensitivity(&run, initial, by, cancel)?;
+        return Ok((run, found));
+    }
+    let making = Collection::told(structure, initial, options, kept, cancel)?;
+    let follower = along.follower(Span::of_made(&making), options.section_phase, (0, 0));
+    let mut source = Source::made(making, done);
+    let told = follower.told(&mut source)?;
+    let Source::Made(made) = source else { unreachable!("it was made") };
+    let run = made.into_run()?;
+    let found = along.concluded(&run, told)?;
+    Ok((run, found))
+}
+
+/// What a run is differentiated along.
+struct Along {
+    names: Vec<String>,
+    of: Arc<Linearised>,
+    /// Coordinates of the structure.
+    count: usize,
+}
+
+/// What is told of a motion.
+struct Told {
+    rows: Rows,
+    legs: Vec<SensitiveLeg>,
+    /// None of the derivatives.
+    blank: Perturbed,
+    /// The derivatives of the state at the end, or
+    last: DMatrix<f64>,
+    /// where the caller has cancelled the rest, at this time.
+    until: Option<f64>,
+}
+
+impl Along {
+    fn new(structure: &Structure, by: Vec<(String, Variation)>) -> Result<Self, ParameterError> {
+        let (names, by): (Vec<String>, Vec<Variation>) = by.into_iter().unzip();
+        check_names(&names)?;
+        for (name, variation) in names.iter().zip(&by) {
+            variation.check(name, structure)?;
         }
-        (None, None) => return Err(SensitivityError::OtherMotion { time: 0.0 }),
-    };
-    let same = |&(period, time): &(i64, f64), row: &StopImpactRecord| {
-        period == row.period && (time - row.time).abs() <= SAME_TIME * row.time.abs()
-    };
-    let place = Place { end: run.final_state.time, until, events: run.events.len() };
-    let more = place.more(&rows.impacts, &run.impacts, same, |row| row.time)?;
-    let k = names.len();
-    place.check_sections(rows.stroboscopic.len(), 2 * count * k * run.stroboscopic.len())?;
-    let mut last = Vec::with_capacity(final_state.len());
-    tell(&final_state, &mut last);
-    let found = Sensitivity {
-        names,
-        times: rows.times.without_first(k * more),
-        before: rows.before.without_first(2 * count * k * more),
-        after: rows.after.without_first(2 * count * k * more),
-        stroboscopic: rows.stroboscopic,
-        final_state: last,
-        one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
-        until,
-        legs: StructureLegs {
-            blank: blank.at(Clock::START, DMatrix::zeros(0, 0)),
-            all: legs,
-            span: (run.kept_from(), until.unwrap_or(run.final_state.time)),
-        },
-    };
-    found.checked(run.impacts.iter().map(|row| row.time), run.final_state.time)
+        let (count, of) = (structure.coordinates(), Arc::new(Linearised::along(structure, by)));
+        Ok(Self { names, of, count })
+    }
+
+    /// What follows a motion from its start, with room for so many impacts and sections.
+    fn follower(
+        &self,
+        span: Span,
+        section_phase: f64,
+        (impacts, sections): (usize, usize),
+    ) -> Follower<'_> {
+        let Self { names, of, count } = self;
+        let mut columns = DMatrix::zeros(2 * count, names.len());
+        for (mut column, varied) in columns.column_iter_mut().zip(&of.by) {
+            if let Some(start) = &varied.by.start {
+                column.rows_mut(0, *count).copy_from_slice(&start.q);
+                column.rows_mut(*count, *count).copy_from_slice(&start.v);
+            }
+        }
+        let width = 2 * count * names.len();
+        let rows = Rows {
+            times: SensitivityTable::with_capacity(names.len() * impacts),
+            before: SensitivityTable::with_capacity(width * impacts),
+            after: SensitivityTable::with_capacity(width * impacts),
+            stroboscopic: SensitivityTable::with_capacity(width * sections),
+            ..Rows::default()
+        };
+        let frequency = of.structure.drive_frequency();
+        Follower {
+            of,
+            span,
+            section_offset: if section_phase > 0.0 { section_phase / frequency } else { 0.0 },
+            derivatives: Perturbed::new(Arc::clone(of), Clock::START, columns),
+            legs: Vec::with_capacity(impacts + 1),
+            rows,
+        }
+    }
+
+    /// The derivatives of a run, from what was told of its motion.
+    fn concluded(
+        self,
+        run: &Run<Structure>,
+        told: Told,
+    ) -> Result<Sensitivity<StructureLegs>, SensitivityError> {
+        let Self { names, count, .. } = self;
+        let Told { rows, legs, blank, last: final_state, until } = told;
+        let same = |&(period, time): &(i64, f64), row: &StopImpactRecord| {
+            period == row.period && (time - row.time).abs() <= SAME_TIME * row.time.abs()
+        };
+        let place = Place { end: run.final_state.time, until, events: run.events.len() };
+        let more = place.more(&rows.impacts, &run.impacts, same, |row| row.time)?;
+        let k = names.len();
+        place.check_sections(rows.stroboscopic.len(), 2 * count * k * run.stroboscopic.len())?;
+        let mut last = Vec::with_capacity(final_state.len());
+        tell(&final_state, &mut last);
+        let found = Sensitivity {
+            names,
+            times: rows.times.without_first(k * more),
+            before: rows.before.without_first(2 * count * k * more),
+            after: rows.after.without_first(2 * count * k * more),
+            stroboscopic: rows.stroboscopic,
+            final_state: last,
+            one_sided: place.marks(rows.one_sided, (rows.events, rows.earlier)),
+            until,
+            legs: StructureLegs {
+                blank: blank.at(Clock::START, DMatrix::zeros(0, 0)),
+                all: legs,
+                span: (run.kept_from(), until.unwrap_or(run.final_state.time)),
+            },
+        };
+        found.checked(run.impacts.iter().map(|row| row.time), run.final_state.time)
+    }
 }

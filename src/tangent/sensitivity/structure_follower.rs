@@ -1,12 +1,12 @@
 //! What follows a motion of a structure with its derivatives, and takes note of them.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, RowDVector};
 
 use super::error::SensitivityError;
 use super::marks::{OneSided, OneSidedReason};
+use super::span::Span;
 use super::structure_legs::{From, SensitiveLeg, tell};
 use super::structure_source::Source;
 use super::table::SensitivityTable;
@@ -48,11 +48,8 @@ pub(super) enum Turn {
 
 pub(super) struct Follower<'a> {
     pub of: &'a Arc<Linearised>,
-    pub window: Clock,
-    pub end: Clock,
+    pub span: Span,
     pub section_offset: f64,
-    /// Numbers of the sections that are recorded.
-    pub sections: Range<i64>,
     pub derivatives: Perturbed,
     pub legs: Vec<SensitiveLeg>,
     pub rows: Rows,
@@ -68,23 +65,24 @@ impl Follower<'_> {
         let mut passed = Vec::new();
         let event = source.turn(&mut passed)?;
         for k in passed {
-            if self.sections.contains(&k) {
+            if self.span.sections.contains(&k) {
                 let period = k - i64::from(self.section_offset > 0.0);
                 self.section(Clock::new(period, self.section_offset))?;
             }
         }
         let stop = event.as_ref().and_then(ModelEvent::as_stop);
         let clock = event.as_ref().map(ModelEvent::clock);
-        if stop.is_some() || clock.is_some_and(|clock| clock > self.end) {
+        if stop.is_some() || clock.is_some_and(|clock| clock > self.span.end) {
             if let Some(stop) = stop
-                && stop.clock < self.end
+                && stop.clock < self.span.end
             {
-                let cancelled = stop.reason == StopReason::Interrupted;
-                return if cancelled {
-                    Ok(Turn::Cancelled)
-                } else {
-                    Err(self.other_motion(stop.clock))
-                };
+                if stop.reason == StopReason::Interrupted {
+                    return Ok(Turn::Cancelled);
+                }
+                if !self.span.is_made {
+                    return Err(self.other_motion(stop.clock));
+                }
+                self.span.end = stop.clock;
             }
             return Ok(Turn::Last);
         }
@@ -99,9 +97,9 @@ impl Follower<'_> {
     }
 
     pub(super) fn at_end(&self) -> Result<DMatrix<f64>, SensitivityError> {
-        let Some(last) = self.legs.last() else { return Err(self.other_motion(self.end)) };
+        let Some(last) = self.legs.last() else { return Err(self.other_motion(self.span.end)) };
         let cycled = last.cycled_at(self.of.drive(), f64::INFINITY);
-        cycled.as_ref().unwrap_or(last).at_fixed_time(&self.derivatives, self.end)
+        cycled.as_ref().unwrap_or(last).at_fixed_time(&self.derivatives, self.span.end)
     }
 
     /// Takes note of the leg that begins, if the window needs it.
@@ -109,7 +107,7 @@ impl Follower<'_> {
         self.derivatives.expect_rest(source.may_land());
         let (anchor, hops) = (source.anchor(), source.skips());
         let clock = anchor.clock;
-        if clock <= self.window {
+        if clock <= self.span.window {
             self.legs.clear();
         }
         let from = if source.lasts() {
@@ -164,12 +162,12 @@ impl Follower<'_> {
             self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
         }
         self.rows.events += 1;
-        self.rows.earlier += i64::from(event.clock() < self.window);
+        self.rows.earlier += i64::from(event.clock() < self.span.window);
         if let StructureEvent::Chatter(chatter) = event {
             self.rows.chatter = Some(chatter.clock);
         }
         let StructureEvent::Impact(impact) = event else { return };
-        let (rows, kept) = (&mut self.rows, impact.clock >= self.window);
+        let (rows, kept) = (&mut self.rows, impact.clock >= self.span.window);
         self.derivatives.tell(|[before, after], delay| {
             if !kept {
                 return;

@@ -1,26 +1,29 @@
 //! Where the events of a run of a structure, and the legs between them, come from: from what the run has
-//! kept, where that is all of them, or from the motion once more.
+//! kept, where that is all of them, or from a run in the making.
+
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use super::structure_kept::Kept;
 use crate::model::error::SimulationError;
-use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState};
+use crate::simulate::run::{Collection, Run, RunError};
 use crate::simulate::structure::StructureEvent;
-use crate::simulate::{AnchorOf, Cycle, Observer, Phase, Simulation};
+use crate::simulate::{AnchorOf, Cycle, Observer, Phase};
 
 /// The turns of a motion: from an event, or what leads to a leg without one, to the next.
 #[derive(Clone)]
 pub(super) enum Source<'a> {
-    /// As a simulation makes them.
-    Found(Box<Found>),
+    /// As they are found while the run is made.
+    Made(Box<Made<'a>>),
     /// As a run has kept them.
     Kept(Box<Kept<'a>>),
 }
 
-/// A simulation, and what it has found that the motion repeats.
+/// A run in the making, who wants to know how much of it is done, and what has been found to repeat.
 #[derive(Clone)]
-pub(super) struct Found {
-    simulation: Simulation<Structure>,
+pub(super) struct Made<'a> {
+    run: Collection<Structure>,
+    done: Option<&'a AtomicUsize>,
     cycle: Option<Cycle>,
     /// The leg before the last turn.
     before: AnchorOf<Structure>,
@@ -45,18 +48,24 @@ impl Observer<StructureState> for Passed<'_> {
     }
 }
 
-impl Source<'_> {
-    /// The motion that a simulation makes.
-    pub fn found(mut simulation: Simulation<Structure>) -> Self {
-        simulation.skips_repeats_until(Clock::START.period);
-        let before = simulation.checkpoint().anchor.clone();
-        Self::Found(Box::new(Found { simulation, cycle: None, before }))
+impl Made<'_> {
+    /// The run that was made.
+    pub fn into_run(self) -> Result<Run<Structure>, RunError<Structure>> {
+        self.run.into_run()
+    }
+}
+
+impl<'a> Source<'a> {
+    /// A run in the making; `done` gets how many millionths of it are.
+    pub fn made(run: Collection<Structure>, done: Option<&'a AtomicUsize>) -> Self {
+        let before = run.checkpoint().anchor.clone();
+        Self::Made(Box::new(Made { run, done, cycle: None, before }))
     }
 
     /// The leg before the last turn,
     pub fn before(&self) -> &AnchorOf<Structure> {
         match self {
-            Self::Found(found) => &found.before,
+            Self::Made(made) => &made.before,
             Self::Kept(kept) => kept.before(),
         }
     }
@@ -64,7 +73,7 @@ impl Source<'_> {
     /// the present one,
     pub fn anchor(&self) -> &AnchorOf<Structure> {
         match self {
-            Self::Found(found) => &found.simulation.checkpoint().anchor,
+            Self::Made(made) => &made.run.checkpoint().anchor,
             Self::Kept(kept) => kept.anchor(),
         }
     }
@@ -72,7 +81,7 @@ impl Source<'_> {
     /// and whether impacts are skipped in it.
     pub fn skips(&self) -> bool {
         match self {
-            Self::Found(found) => found.simulation.checkpoint().skips(),
+            Self::Made(made) => made.run.checkpoint().skips(),
             Self::Kept(kept) => kept.skips(),
         }
     }
@@ -84,12 +93,13 @@ impl Source<'_> {
         passed: &mut Vec<i64>,
     ) -> Result<Option<StructureEvent>, SimulationError> {
         match self {
-            Self::Found(found) => {
-                let Found { simulation, cycle, before } = &mut **found;
-                before.clone_from(&simulation.checkpoint().anchor);
-                let event = simulation.step(&mut Passed(passed)).transpose()?;
-                if let Some((found, _)) = simulation.repeats() {
-                    *cycle = Some(found);
+            Self::Made(made) => {
+                let Made { run, done, cycle, before } = &mut **made;
+                before.clone_from(&run.checkpoint().anchor);
+                let event = run.tell_step(&mut Passed(passed)).transpose()?;
+                *cycle = run.found_to_repeat().or(*cycle);
+                if let Some(done) = done {
+                    done.store(run.millionths_done(), Relaxed);
                 }
                 Ok(event)
             }
@@ -100,7 +110,7 @@ impl Source<'_> {
     /// Events so far.
     pub fn events(&self) -> u64 {
         match self {
-            Self::Found(found) => found.simulation.checkpoint().events,
+            Self::Made(made) => made.run.checkpoint().events,
             Self::Kept(kept) => kept.events() as u64,
         }
     }
@@ -108,7 +118,7 @@ impl Source<'_> {
     /// Whether a flight has just begun, in which no impacts are skipped.
     pub fn begins_flight(&self) -> bool {
         let begins = match self {
-            Self::Found(found) => found.simulation.checkpoint().elapsed.hi == 0.0,
+            Self::Made(made) => made.run.checkpoint().elapsed.hi == 0.0,
             Self::Kept(kept) => kept.is_after_event(),
         };
         begins && !self.skips() && matches!(self.anchor().phase, Phase::Flight(_))
@@ -117,7 +127,7 @@ impl Source<'_> {
     /// Whether the present leg is known to have some length, without impacts that are skipped.
     pub fn lasts(&self) -> bool {
         match self {
-            Self::Found(..) => false,
+            Self::Made(..) => false,
             Self::Kept(kept) => {
                 let moves = matches!(kept.anchor().phase, Phase::Flight(_) | Phase::Contact(_));
                 moves && kept.lasts()
@@ -128,7 +138,7 @@ impl Source<'_> {
     /// Whether the next impacts may lead into contact.
     pub fn may_land(&mut self) -> bool {
         match self {
-            Self::Found(..) => true,
+            Self::Made(..) => true,
             Self::Kept(kept) => kept.lands(),
         }
     }
@@ -136,7 +146,7 @@ impl Source<'_> {
     /// The cycle that comes again and again from here on.
     pub fn alike(&self) -> Option<Alike> {
         match self {
-            Self::Found(found) => found.cycle.map(|cycle| Alike {
+            Self::Made(made) => made.cycle.map(|cycle| Alike {
                 events: cycle.events,
                 periods: cycle.periods,
                 cycle: Some(cycle),
@@ -149,20 +159,11 @@ impl Source<'_> {
         }
     }
 
-    /// How many whole cycles there are from here on, all before the window, of which nothing is told, or
-    /// all in it, from this section on.
-    pub fn cycles_left(&self, alike: &Alike, (window, first): (Clock, i64)) -> i64 {
+    /// How many whole cycles there are from here on that can be passed over at once: all before the
+    /// window, of which nothing is told, or all in it.
+    pub fn cycles_left(&self, alike: &Alike) -> i64 {
         match self {
-            Self::Found(found) => {
-                let (simulation, Some(cycle)) = (&found.simulation, &alike.cycle) else { return 0 };
-                let left = simulation.cycles_left_to_end(cycle);
-                let point = simulation.checkpoint();
-                let clock = point.anchor.clock;
-                if clock <= window {
-                    return left.min((window.period - 2 - clock.period).max(0) / cycle.periods);
-                }
-                if point.next_section >= first { left } else { 0 }
-            }
+            Self::Made(made) => alike.cycle.map_or(0, |cycle| made.run.cycles_left(&cycle)),
             Self::Kept(kept) => kept.cycles_left(),
         }
     }
@@ -170,11 +171,11 @@ impl Source<'_> {
     /// Passes over so many cycles.
     pub fn pass(&mut self, alike: &Alike, times: i64) {
         match self {
-            Self::Found(found) => {
+            Self::Made(made) => {
                 if let Some(cycle) = &alike.cycle {
-                    found.simulation.repeat(cycle, times);
+                    made.run.pass(cycle, times);
                 }
-                found.cycle = None;
+                made.cycle = None;
             }
             Self::Kept(kept) => kept.pass(times),
         }
