@@ -35,6 +35,8 @@ pub use sensitivity::{
     StructureLegs, run_with_sensitivity, sensitivity, structure_run_with_sensitivity,
     structure_sensitivity,
 };
+#[cfg(feature = "python")]
+pub(crate) use sensitivity::{carried_out, structure_carried_out};
 
 use chatter::{Accumulation, accumulate};
 use contact::stick_condition;

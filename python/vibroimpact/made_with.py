@@ -33,7 +33,7 @@ def asked_of(sensitivity: Any) -> Asked | None:
         return None
     if isinstance(sensitivity, str):
         return (sensitivity,), {}
-    allowed = "names of what the run is differentiated by, or a mapping from names to directions"
+    allowed = "names of what the run is differentiated by, each once, or a mapping to directions"
     if isinstance(sensitivity, Mapping):
         names = tuple(name for name, along in sensitivity.items() if along is None)
         rest = {name: along for name, along in sensitivity.items() if along is not None}
@@ -41,7 +41,8 @@ def asked_of(sensitivity: Any) -> Asked | None:
         names, rest = tuple(sensitivity), {}
     else:
         reject("sensitivity", sensitivity, allowed)
-    if (not names and not rest) or any(not isinstance(name, str) for name in (*names, *rest)):
+    own = (*names, *rest)
+    if not own or any(not isinstance(name, str) for name in own) or len({*own}) < len(own):
         reject("sensitivity", sensitivity, allowed)
     return names, rest
 

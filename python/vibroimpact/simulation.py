@@ -155,7 +155,7 @@ def simulate(
     sensitivity
         With one start: names by which ``run.sensitivity`` is going to be asked for, and of a
         structure also a mapping, from names to directions, or to None where the name says it all.
-        The derivatives are then carried along, and asking for them takes no time: with ``keep``
+        With ``keep`` the derivatives are then carried along, and asking for them takes no time:
         they cost less so than afterwards, for the motion before the window is followed once. What
         has no derivatives is refused by ``run.sensitivity``, not here.
 
@@ -259,11 +259,14 @@ def simulated(
     if asked is not None:
         if not single:
             reject("sensitivity", [*asked[0], *asked[1]], "None: it takes one start, not several")
-        with _bar_of_run(span, shown) as tell:
-            run = _made_with(system, start, asked, progress=tell, **options)
-        if run is not None:
-            raise_if_interrupted(run)
-            return run
+        by = _checked(system, asked)
+        # What keeps all of its motion has its derivatives afterwards at no higher price.
+        if span.keep is not None and span.keep != span.periods:
+            with _bar_of_run(span, shown) as tell:
+                run = _made_with(system, start, asked, by, progress=tell, **options)
+            if run is not None:
+                raise_if_interrupted(run)
+                return run
     options["workers"] = threads(workers)
     bar = _bar_of_run(span, shown) if single else progress_bar("runs", len(start), "run", shown)
     with bar as tell:
@@ -284,13 +287,16 @@ def simulated(
     return runs
 
 
-def _made_with(system: Machine, start: NDArray[Any], asked: Asked, **options: Any) -> Any:
-    """Return a run with the derivatives that it was asked for; None if one of both has failed."""
-    names, directions = asked
+def _checked(system: Machine, asked: Asked) -> Any:
+    """Return what the core differentiates by."""
     try:
-        by = system._run_class()._by(system, names, directions)
+        return system._run_class()._by(system, *asked)
     except ParameterError as error:
         raise ParameterError(f"sensitivity: {error}") from None
+
+
+def _made_with(system: Machine, start: NDArray[Any], asked: Asked, by: Any, **options: Any) -> Any:
+    """Return a run with the derivatives that it was asked for; None if one of both has failed."""
     try:
         with _told_where_to_begin(system, start):
             core, interrupted, found = _core.simulate_with_sensitivity(
@@ -299,8 +305,8 @@ def _made_with(system: Machine, start: NDArray[Any], asked: Asked, **options: An
     except SimulationError:
         return None
     run = system._run(core, start)
-    # Of a run that was cut short the derivatives end at its last event.
-    run._made_with = None if interrupted else MadeWith(found, names, directions)
+    # Of a run that was cut short the derivatives end before it does.
+    run._made_with = None if interrupted else MadeWith(found, *asked)
     return run
 
 

@@ -46,6 +46,7 @@ impl CancelToken {
     }
 
     /// As [`Self::part`], cancelled as well when it is asked for the `asks`-th time.
+    #[cfg_attr(not(feature = "python"), expect(dead_code))]
     pub(crate) fn part_of(&self, asks: u64) -> Self {
         Self { left: Self::after(asks).left, ..self.part() }
     }

@@ -22,8 +22,6 @@ const LOOK: Duration = Duration::from_millis(25);
 /// Time of work on the calling thread before a thread is started for the rest: many times what the
 /// start costs, and too short to be noticed after Ctrl-C.
 const FIRST_PART: Duration = Duration::from_millis(1);
-/// Reads of the token between two readings of the clock in this part.
-const READS_PER_LOOK: u64 = 16;
 /// Number of reads of the token, over several calls, until it counts as cancelled; `u64::MAX`:
 /// never.
 static ASKS: AtomicU64 = AtomicU64::new(u64::MAX);
@@ -159,15 +157,16 @@ pub(super) fn interruptible_if<T: Send, E: Into<PyErr> + Send>(
 }
 
 /// Work that can be interrupted and go on: `proceed` does so until it has ended or the token is
-/// cancelled, and returns whether it has ended.
+/// cancelled, and returns whether it has ended. It does a part of so many reads of the token at once.
 pub(super) fn interruptible_later(
     py: Python<'_>,
+    reads: u64,
     mut proceed: impl FnMut(&CancelToken) -> bool + Send,
 ) -> PyResult<()> {
     let mut first_part = || {
         let begun = Instant::now();
         while begun.elapsed() < FIRST_PART {
-            if proceed(&CancelToken::after(READS_PER_LOOK)) {
+            if proceed(&CancelToken::after(reads)) {
                 return true;
             }
         }

@@ -1,29 +1,26 @@
 //! `_core.Sensitivity`.
 
-use std::sync::atomic::AtomicUsize;
-
 use nalgebra::Complex;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arrays;
-use super::cancel::{Progress, interruptible, interruptible_if};
+use super::cancel::interruptible_if;
 use super::errors::{Crossing, failed};
 use super::run::PyRun;
-use super::simulate::{Machine, horizon};
+use super::simulate::{Machine, carry_out, horizon};
 use super::structure::rows;
 use super::structure_run::PyStructureRun;
 use super::system::to_state;
 use crate::model::state::State;
 use crate::model::structure::{StopVariation, Structure, StructureState, Variation};
-use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::StopReason;
 use crate::simulate::run::{Recorded, Run, RunOptions};
 use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 use crate::tangent::{
-    Along, OneSidedReason, Sensitivity, SensitivityError, SensitivityTable, run_with_sensitivity,
-    structure_run_with_sensitivity, structure_sensitivity as of_structure,
+    Along, OneSidedReason, Sensitivity, SensitivityError, SensitivityTable, carried_out,
+    structure_carried_out, structure_sensitivity as of_structure,
 };
 
 impl From<SensitivityError> for PyErr {
@@ -167,6 +164,10 @@ pub(super) fn structure_sensitivity(
     Ok(PySensitivity(found.of_any()))
 }
 
+/// Reads of the token between two readings of the clock at the start of a run of a `System` that is made with
+/// its derivatives: some milliseconds, for a cycle that is looked at for itself must not be interrupted.
+const READS: u64 = 1 << 12;
+
 /// A run from one start that is made with its derivatives, along directions or by the numbers of names
 /// alone; whether Ctrl-C has ended both; and these. `progress` gets how many millionths of it are done.
 #[pyfunction]
@@ -196,16 +197,17 @@ pub(super) fn simulate_with_sensitivity(
         Machine::System(system) => {
             let (system, initial) = (&system.0, to_state(initial.extract()?)?);
             let names: Vec<String> = by.into_iter().map(|(name, _)| name).collect();
-            let made = beside(py, progress, |watched| {
-                run_with_sensitivity(system, initial, options, &names, watched)
+            let made = carried_out(system, initial, options, &names, |work| {
+                carry_out(py, work, READS, progress)
             })?;
             with_sensitivity(py, made)
         }
         Machine::Structure(structure) => {
             let structure = &structure.0;
             let (initial, along) = (started(&initial.extract()?), along(structure, by)?);
-            let made = beside(py, progress, |watched| {
-                structure_run_with_sensitivity(structure, initial, options, along, watched)
+            let reads = (READS / (structure.coordinates() as u64).pow(2)).max(2);
+            let made = structure_carried_out(structure, initial, options, along, |work| {
+                carry_out(py, work, reads, progress)
             })?;
             with_sensitivity(py, made)
         }
@@ -218,18 +220,6 @@ fn with_sensitivity<M: Crossing, L: Along + 'static>(
 ) -> PyResult<(Py<PyAny>, bool, PySensitivity)> {
     let interrupted = run.stop_reason == StopReason::Interrupted;
     Ok((M::wrapped(py, run)?, interrupted, PySensitivity(found.of_any())))
-}
-
-/// Does the work, which Ctrl-C can end, and tells how much of it is done.
-fn beside<T: Send>(
-    py: Python<'_>,
-    progress: Option<&Py<PyAny>>,
-    work: impl FnOnce((&CancelToken, Option<&AtomicUsize>)) -> Result<T, SensitivityError> + Send,
-) -> PyResult<T> {
-    let done = AtomicUsize::new(0);
-    let progress = progress.map(|tell| Progress { tell, done: &done });
-    let watched = progress.is_some().then_some(&done);
-    Ok(interruptible(py, progress.as_ref(), |cancel| work((cancel, watched)))?.0)
 }
 
 fn started(initial: &PyReadonlyArray2<'_, f64>) -> StructureState {

@@ -1,6 +1,6 @@
 //! `_core.simulate`, for every machine; and what the runs of all machines have alike.
 
-use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use numpy::ndarray::ArrayViewD;
 use numpy::{PyArray1, PyReadonlyArrayDyn};
@@ -18,7 +18,9 @@ use crate::model::error::ParameterError;
 use crate::model::structure::StructureState;
 use crate::simulate::Horizon;
 use crate::simulate::event::StopReason;
-use crate::simulate::run::{Bounces, BouncesEnd, Collection, Recorded, Run, RunError, RunOptions};
+use crate::simulate::run::{
+    Bounces, BouncesEnd, Collection, Proceeds, Recorded, Run, RunError, RunOptions,
+};
 use crate::simulate::tolerances::{DEFAULT_MAX_EVENTS, DEFAULT_TOLERANCE};
 
 /// What can be simulated.
@@ -147,33 +149,45 @@ pub(super) fn horizon(periods: Option<i64>, time: Option<f64>) -> PyResult<Horiz
     }
 }
 
-/// Makes a run, and tells how much of it is done if that is wanted.
+/// Makes a run.
 fn collected<M: Crossing>(
     py: Python<'_>,
     mut collection: Collection<M>,
     progress: Option<&Py<PyAny>>,
 ) -> PyResult<Result<Run<M>, RunError<M>>> {
-    match progress {
-        Some(tell) => proceed_and_tell(py, &mut collection, tell)?,
-        None => interruptible_later(py, |cancel| collection.proceed(cancel))?,
-    }
+    carry_out(py, &mut collection, READS, progress)?;
     Ok(collection.into_run())
 }
 
-/// Makes a run, and tells how many millionths of its time are done.
-fn proceed_and_tell<M: Crossing>(
+/// Reads of the token between two readings of the clock at the start of a run.
+const READS: u64 = 16;
+
+/// Does the work on a run, which Ctrl-C can end, and tells how many millionths of its time are done if that
+/// is wanted. Between two readings of the clock at the start it reads the token so many times.
+pub(super) fn carry_out(
     py: Python<'_>,
-    collection: &mut Collection<M>,
-    tell: &Py<PyAny>,
+    work: &mut (impl Proceeds + Send + ?Sized),
+    reads: u64,
+    progress: Option<&Py<PyAny>>,
 ) -> PyResult<()> {
+    let Some(tell) = progress else {
+        return interruptible_later(py, reads, |cancel| work.proceed(cancel));
+    };
     let done = AtomicUsize::new(0);
     let progress = Progress { tell, done: &done };
     interruptible::<_, PyErr>(py, Some(&progress), |cancel| {
-        collection.proceed_and_tell(cancel, &done);
+        while !work.proceed(&cancel.part_of(ASKS_PER_PART)) && !cancel.is_cancelled() {
+            done.store(work.millionths_done(), Relaxed);
+        }
+        done.store(work.millionths_done(), Relaxed);
         Ok(())
     })?;
     Ok(())
 }
+
+/// Asks of the token, one before each flight, between two looks at how far a run is: some tens of
+/// milliseconds.
+const ASKS_PER_PART: u64 = 1 << 15;
 
 /// A run that goes on for further periods or time.
 pub(super) fn resumed<M: Crossing>(

@@ -11,6 +11,7 @@ mod legs;
 mod noted;
 mod oblique;
 mod options;
+mod proceeds;
 mod progress;
 mod recorded;
 mod structure;
@@ -26,6 +27,7 @@ pub(crate) use collector::Collector;
 #[cfg(feature = "python")]
 pub(crate) use noted::Noted;
 pub use options::RunOptions;
+pub(crate) use proceeds::Proceeds;
 #[cfg_attr(not(feature = "python"), expect(unused_imports))]
 pub(crate) use progress::Tables;
 pub(crate) use recorded::Kept;
@@ -34,8 +36,6 @@ pub use structure::{StopContactRecord, StopGrazeRecord, StopImpactRecord};
 pub use structure_audit::StructureAudit;
 pub(crate) use together::{Together, run_together};
 pub(crate) use trace::{Begins, Copies, Trace, TracedLeg};
-
-use std::sync::atomic::AtomicUsize;
 
 use serde::{Deserialize, Serialize};
 
@@ -138,22 +138,6 @@ pub fn run<M: Recorded>(
 ) -> Result<Run<M>, RunError<M>> {
     let mut collection = Collection::begin(system, initial, options)?;
     collection.proceed(cancel);
-    collection.into_run()
-}
-
-/// The same; tells how many millionths of its time are done, if `done` is there to be told.
-///
-/// # Errors
-/// [`RunError`], as [`run`].
-pub(crate) fn run_and_tell<M: Recorded>(
-    system: &M,
-    initial: M::State,
-    options: RunOptions,
-    (cancel, done): (&CancelToken, Option<&AtomicUsize>),
-) -> Result<Run<M>, RunError<M>> {
-    let Some(done) = done else { return run(system, initial, options, cancel) };
-    let mut collection = Collection::begin(system, initial, options)?;
-    collection.proceed_and_tell(cancel, done);
     collection.into_run()
 }
 

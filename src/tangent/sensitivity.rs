@@ -6,8 +6,6 @@
 //! contact phases do so by the derivatives of their legs. Nothing is approximated but the limit of
 //! chatter, whose error is stated with its event.
 
-use std::sync::atomic::AtomicUsize;
-
 mod by;
 mod chatter;
 mod columns;
@@ -31,12 +29,14 @@ mod table;
 
 pub use error::SensitivityError;
 pub use marks::{OneSided, OneSidedReason};
+#[cfg(feature = "python")]
+pub(crate) use structure::carried_out as structure_carried_out;
 pub use structure::{structure_run_with_sensitivity, structure_sensitivity};
 pub use structure_legs::StructureLegs;
 pub use table::SensitivityTable;
 
 use by::By;
-use columns::Differentiated;
+use columns::{Columns, Differentiated};
 use follow::{Follower, Told, append};
 use legs::KeptLegs;
 use source::{Kept, Source};
@@ -47,7 +47,7 @@ use crate::model::parameters::System;
 use crate::model::state::{Clock, State};
 use crate::numerics::cancel::CancelToken;
 use crate::simulate::event::ImpactRecord;
-use crate::simulate::run::{Collection, Recorded, Run, RunOptions, run_and_tell};
+use crate::simulate::run::{self, Collection, Proceeds, Recorded, Run, RunOptions};
 use crate::tangent::tolerances::SAME_TIME;
 
 /// What tells derivatives at any time.
@@ -212,24 +212,25 @@ pub fn sensitivity(
     let of = differentiated(&run.system, names)?;
     let phase = run.options.section_phase;
     let mut follower = Follower::new(&of, initial, Span::of(run), phase, followed(run));
-    let last = if run.is_whole() && run.is_traced() {
+    let mut source = if run.is_whole() && run.is_traced() {
         let kept = Kept::new(run, follower.section_offset, cancel);
         let (clock, state) = kept.first();
         if !follower.leads_to(clock, &state) {
             return Err(SensitivityError::OtherMotion { time: of.model.motion.drive.time(clock) });
         }
-        follower.follow(Source::Kept(kept))?
+        Source::Kept(kept)
     } else {
-        let mut again = Collection::told(&run.system, initial, run.options, run.kept(), cancel)?;
-        follower.follow(Source::made(&mut again, None))?
+        let mut again = Collection::told(&run.system, initial, run.options, run.kept())?;
+        again.proceed_with(cancel);
+        Source::made(again)
     };
+    let last = follower.follow(&mut source)?;
     let told = follower.told(last)?;
     concluded(run, of, told)
 }
 
-/// Makes a run with [its derivatives](sensitivity). Where it keeps its last drive periods only, these
-/// cost less than afterwards: the motion before them is followed once. `done` gets how many millionths of
-/// the run's time are done.
+/// Makes a run with [its derivatives](sensitivity), which `cancel` ends with what is done. Where it keeps its
+/// last drive periods only, these cost less than afterwards: the motion before them is followed once.
 ///
 /// # Errors
 /// [`SensitivityError`]: a bad option, start or name, or the run, or a leg of it without derivatives.
@@ -245,7 +246,7 @@ pub fn sensitivity(
 ///     .build()?;
 /// let (start, never) = (State::new(0.0, 0.5, 0.0, 0.0)?, CancelToken::never());
 /// let (options, names) = (RunOptions::periods(600).keep(10), ["gap".into()]);
-/// let (run, found) = run_with_sensitivity(&system, start, options, &names, (&never, None))?;
+/// let (run, found) = run_with_sensitivity(&system, start, options, &names, &never)?;
 /// assert_eq!(found.times.to_vec(), sensitivity(&run, start, &names, &never)?.times.to_vec());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -254,25 +255,76 @@ pub fn run_with_sensitivity(
     initial: State,
     options: RunOptions,
     names: &[String],
-    watched @ (cancel, done): (&CancelToken, Option<&AtomicUsize>),
+    cancel: &CancelToken,
 ) -> Result<(Run, Sensitivity), SensitivityError> {
-    let of = differentiated(system, names)?;
-    options.check(system)?;
-    let kept @ (window, _) = options.kept();
-    if window == Clock::START {
+    if options.kept().0 == Clock::START {
         // It keeps what tells more than a motion in the making.
-        let run = run_and_tell(system, initial, options, watched)?;
+        differentiated(system, names)?;
+        let run = run::run(system, initial, options, cancel)?;
         let found = sensitivity(&run, initial, names, cancel)?;
         return Ok((run, found));
     }
-    let mut making = Collection::told(system, initial, options, kept, cancel)?;
+    carried_out(system, initial, options, names, |work| {
+        work.proceed(cancel);
+        Ok(())
+    })
+}
+
+/// The same, with how the work is done.
+pub(crate) fn carried_out<E: From<SensitivityError>>(
+    system: &System,
+    initial: State,
+    options: RunOptions,
+    names: &[String],
+    carry_out: impl FnOnce(&mut (dyn Proceeds + Send)) -> Result<(), E>,
+) -> Result<(Run, Sensitivity), E> {
+    let of = differentiated(system, names)?;
+    options.check(system).map_err(SensitivityError::from)?;
+    let making = Collection::told(system, initial, options, options.kept());
+    let making = making.map_err(SensitivityError::from)?;
     let span = Span::of_made(&making);
-    let mut follower = Follower::new(&of, initial, span, options.section_phase, (0, 0));
-    let last = follower.follow(Source::made(&mut making, done))?;
-    let told = follower.told(last)?;
-    let run = making.into_run()?;
+    let follower = Follower::new(&of, initial, span, options.section_phase, (0, 0));
+    let mut work = WithSensitivity { follower, source: Source::made(making), last: None };
+    carry_out(&mut work)?;
+    let (run, told) = work.into_parts()?;
     let found = concluded(&run, of, told)?;
     Ok((run, found))
+}
+
+/// A run in the making that is followed with its derivatives.
+struct WithSensitivity<'a> {
+    follower: Follower<'a>,
+    source: Source<'a>,
+    /// The derivatives at the end, or why there are none.
+    last: Option<Result<Columns, SensitivityError>>,
+}
+
+impl WithSensitivity<'_> {
+    fn into_parts(self) -> Result<(Run, Told), SensitivityError> {
+        let told = self.follower.told(self.last.transpose()?)?;
+        let Source::Made(made) = self.source else { unreachable!("a run in the making") };
+        Ok((made.run.into_run()?, told))
+    }
+}
+
+impl Proceeds for WithSensitivity<'_> {
+    fn proceed(&mut self, cancel: &CancelToken) -> bool {
+        if self.last.is_none() {
+            if let Source::Made(made) = &mut self.source {
+                made.run.proceed_with(cancel);
+            }
+            self.last = self.follower.follow(&mut self.source).transpose();
+        }
+        self.last.is_some()
+    }
+
+    #[cfg(feature = "python")]
+    fn millionths_done(&self) -> usize {
+        match &self.source {
+            Source::Made(made) => made.run.millionths_done(),
+            Source::Kept(_) => 0,
+        }
+    }
 }
 
 /// A system, with what it is differentiated by.

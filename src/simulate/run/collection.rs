@@ -1,10 +1,9 @@
 //! A run in the making: from its start or from the end of another, in one go or in parts.
 
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-
 use super::collector::Collector;
 use super::kept::Kept;
 use super::options::RunOptions;
+use super::proceeds::Proceeds;
 use super::recorded::Recorded;
 use super::trace::Begins;
 use super::{FinalState, Run, RunError};
@@ -20,10 +19,6 @@ const MOST_EXPECTED: usize = 1024;
 
 /// Most events, and sections, that are copied between two looks at the token.
 pub(super) const MOST_COPIED: u64 = 1 << 16;
-
-/// Asks of the token, one before each flight, between two looks at how far a run is: some tens of
-/// milliseconds.
-const ASKS_PER_PART: u64 = 1 << 15;
 
 /// A run in the making.
 #[derive(Clone)]
@@ -66,6 +61,22 @@ impl<M: Recorded + Laned> Job for Collection<M> {
             kept.touching.clone_from(&leg.touching);
         }
         precedes
+    }
+}
+
+impl<M: Recorded> Proceeds for Collection<M> {
+    fn proceed(&mut self, cancel: &CancelToken) -> bool {
+        self.simulation.proceed_with(cancel);
+        self.run_out();
+        self.end.as_ref().is_none_or(|end| end.reason != StopReason::Interrupted)
+    }
+
+    #[cfg(feature = "python")]
+    fn millionths_done(&self) -> usize {
+        let drive = self.simulation.drive();
+        let here = self.end.as_ref().map_or(self.simulation.clock(), |end| end.clock);
+        let part = drive.time(here) / drive.time(self.simulation.horizon_clock());
+        usize::try_from((1e6 * part.clamp(0.0, 1.0)) as i64).unwrap_or_default()
     }
 }
 
@@ -149,30 +160,6 @@ impl<M: Recorded> Collection<M> {
             all.kept.trace.legs = Some(Vec::new());
         }
         Ok(all)
-    }
-
-    /// Goes on until the run ends or `cancel` interrupts it, also after an interruption. Returns
-    /// whether it has ended.
-    pub fn proceed(&mut self, cancel: &CancelToken) -> bool {
-        self.simulation.proceed_with(cancel);
-        self.run_out();
-        self.end.as_ref().is_none_or(|end| end.reason != StopReason::Interrupted)
-    }
-
-    /// The same; tells how many millionths of its time are done.
-    pub fn proceed_and_tell(&mut self, cancel: &CancelToken, done: &AtomicUsize) {
-        while !self.proceed(&cancel.part_of(ASKS_PER_PART)) && !cancel.is_cancelled() {
-            done.store(self.millionths_done(), Relaxed);
-        }
-        done.store(self.millionths_done(), Relaxed);
-    }
-
-    /// How many millionths of its time are done.
-    pub fn millionths_done(&self) -> usize {
-        let drive = self.simulation.drive();
-        let here = self.end.as_ref().map_or(self.simulation.clock(), |end| end.clock);
-        let part = drive.time(here) / drive.time(self.simulation.horizon_clock());
-        usize::try_from((1e6 * part.clamp(0.0, 1.0)) as i64).unwrap_or_default()
     }
 
     /// As [`Self::begin`], ended by `cancel`, with options that have been checked.

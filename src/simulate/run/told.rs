@@ -34,7 +34,7 @@ impl<M: Recorded, O: Observer<M::State>> Observer<M::State> for Sections<'_, M, 
 }
 
 impl<M: Recorded> Collection<M> {
-    /// A run that is told while it is made, with this window and first section, until `cancel` ends it.
+    /// A run that is told while it is made, with this window and first section.
     ///
     /// # Errors
     /// [`StateError`]: a bad start.
@@ -43,12 +43,15 @@ impl<M: Recorded> Collection<M> {
         initial: M::State,
         options: RunOptions,
         kept: (Clock, i64),
-        cancel: &CancelToken,
     ) -> Result<Self, StateError> {
-        let simulation = Simulation::new(system, initial)?.cancel_with(cancel);
-        let mut simulation = made_as(simulation, options);
+        let mut simulation = made_as(Simulation::new(system, initial)?, options);
         simulation.skips_repeats_until(Clock::START.period);
         Ok(Self::keeping(simulation, system, options, kept))
+    }
+
+    /// Goes on where it was interrupted, until this is cancelled.
+    pub(crate) fn proceed_with(&mut self, cancel: &CancelToken) {
+        self.simulation.proceed_with(cancel);
     }
 
     /// The next event; `None` after the stop.
@@ -99,14 +102,19 @@ impl<M: Recorded> Collection<M> {
         self.simulation.repeats().map(|(cycle, _)| cycle)
     }
 
+    /// Whether the present leg begins before the window, or with it.
+    pub(crate) fn is_before_window(&self) -> bool {
+        self.simulation.clock() <= self.window
+    }
+
     /// How many whole cycles there are from here on that can be passed over at once: all before the
     /// window, or all in it.
     pub(crate) fn cycles_left(&self, cycle: &Cycle) -> i64 {
         let left = self.simulation.cycles_left_to_end(cycle);
         let point = self.simulation.checkpoint();
-        let clock = point.anchor.clock;
-        if clock <= self.window {
-            return left.min((self.window.period - 2 - clock.period).max(0) / cycle.periods);
+        if self.is_before_window() {
+            let periods = self.window.period - 2 - point.anchor.clock.period;
+            return left.min(periods.max(0) / cycle.periods);
         }
         if point.next_section < self.first_section {
             return 0;

@@ -44,7 +44,7 @@ pub(super) struct Follower<'a> {
     reader: LegReader,
     pub leg: SensitiveLeg,
     /// The instant at which it begins, with all of its digits.
-    began: Clock,
+    pub began: Clock,
     /// The last impacts, if they may lead into chatter.
     low: Option<Bounces>,
     /// u of the last impact, and the largest so far.
@@ -55,6 +55,8 @@ pub(super) struct Follower<'a> {
     pub rows: Rows,
     /// Whether the impacts may be others than the run's.
     pub looks: bool,
+    /// So many events are next that are followed one by one, even if they come again.
+    pub plain: usize,
     /// Where the rows are, in a cycle that is going to come again.
     pub instants: Option<Box<Instants>>,
 }
@@ -126,6 +128,7 @@ impl<'a> Follower<'a> {
             separation: 0.0,
             rows,
             looks: false,
+            plain: 0,
             instants: None,
         }
     }
@@ -147,6 +150,7 @@ impl<'a> Follower<'a> {
             separation: self.separation,
             rows: Rows::default(),
             looks: false,
+            plain: 0,
             instants: Some(Box::default()),
         }
     }
@@ -175,15 +179,19 @@ impl<'a> Follower<'a> {
     }
 
     /// Follows events to the end of the run; returns the derivatives of the state there, or nothing
-    /// if the caller has cancelled.
-    pub fn follow(&mut self, mut source: Source) -> Result<Option<Columns>, SensitivityError> {
+    /// if the caller has cancelled. A run in the making can then go on.
+    pub fn follow(&mut self, source: &mut Source) -> Result<Option<Columns>, SensitivityError> {
         let mut passed = Passed { first: self.span.sections.start, all: Vec::new() };
-        self.looks = matches!(source, Source::Made(..));
+        self.looks = matches!(source, Source::Made(_));
         loop {
-            match self.step(&mut source, &mut passed)? {
+            match self.step(source, &mut passed)? {
                 Step::Goes => {}
                 Step::Ends(columns) => return Ok(Some(columns)),
                 Step::Cancelled => return Ok(None),
+            }
+            if self.plain > 0 {
+                self.plain -= 1;
+                continue;
             }
             let after_impact = self.leg.here.departure.slope.is_some() && self.leg.mode.is_none();
             let apart = after_impact && self.low.is_none();
@@ -191,7 +199,7 @@ impl<'a> Follower<'a> {
             if times < FEWEST_ALIKE {
                 continue;
             }
-            match self.follow_alike((&mut source, &mut passed), &alike)? {
+            match self.follow_alike((source, &mut passed), &alike)? {
                 Step::Goes => {}
                 Step::Ends(columns) => return Ok(Some(columns)),
                 Step::Cancelled => return Ok(None),
@@ -210,6 +218,16 @@ impl<'a> Follower<'a> {
         };
         let (event, hops) = next?;
         let over = event.clock() > self.span.end || matches!(event, Next::Other(Event::Stop(_)));
+        self.leg.hops = hops;
+        for (k, state) in passed.all.drain(..) {
+            if self.span.sections.contains(&k) {
+                let period = k - i64::from(self.section_offset > 0.0);
+                self.section(Clock::new(period, self.section_offset), &state)?;
+                if let Some(instants) = &mut self.instants {
+                    instants.sections.push(k);
+                }
+            }
+        }
         if let Next::Other(Event::Stop(stop)) = event
             && stop.clock < self.span.end
         {
@@ -220,16 +238,6 @@ impl<'a> Follower<'a> {
                 return Err(self.other_motion(stop.clock));
             }
             self.span.end = stop.clock;
-        }
-        self.leg.hops = hops;
-        for (k, state) in passed.all.drain(..) {
-            if self.span.sections.contains(&k) {
-                let period = k - i64::from(self.section_offset > 0.0);
-                self.section(Clock::new(period, self.section_offset), &state)?;
-                if let Some(instants) = &mut self.instants {
-                    instants.sections.push(k);
-                }
-            }
         }
         if over {
             self.keep_leg(self.span.end);

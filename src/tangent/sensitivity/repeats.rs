@@ -4,9 +4,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::columns::{Column, counted};
+use super::columns::{Column, Columns, counted};
 use super::error::SensitivityError;
-use super::follow::{Follower, Step};
+use super::follow::{Follower, Instants, Step};
 use super::legs::RepeatedLegs;
 use super::marks::OneSided;
 use super::source::{Alike, Passed, Source};
@@ -35,6 +35,7 @@ impl Follower<'_> {
         (source, passed): (&mut Source, &mut Passed),
         alike: &Alike,
     ) -> Result<Step, SensitivityError> {
+        let saved = source.clone();
         let of = self.of.with_basis();
         let mut one = self.with(&of, of.basis());
         // Those of this cycle stand for those of all.
@@ -47,8 +48,25 @@ impl Follower<'_> {
             }
         }
         passed.first = first;
+        if matches!(step, Step::Cancelled) {
+            // So that it can go on from here, however short its parts are.
+            *source = saved;
+            passed.all.clear();
+            self.plain = alike.events;
+            return Ok(step);
+        }
         let times = if matches!(step, Step::Goes) { source.pass(alike) } else { 0 };
         let mut here = std::mem::take(&mut self.leg.here.columns);
+        let last = one.began.period + times * alike.periods;
+        if last < self.span.window.period && matches!(step, Step::Goes) {
+            // Of cycles before the window nothing is told but what comes after them.
+            here = after_many(&one.leg.here.columns, here, times.unsigned_abs() + 1);
+            if let Some(instants) = one.instants.take() {
+                self.count(&instants, &one.rows.one_sided, (times + 1, alike.periods));
+            }
+            self.go_on_from(&one, (here, times * alike.periods));
+            return Ok(step);
+        }
         let mut starts = here.as_flattened().to_vec();
         for _ in 0..times {
             here = mapped(&one.leg.here.columns, &here).collect();
@@ -63,6 +81,28 @@ impl Follower<'_> {
         Ok(step)
     }
 
+    /// Counts the events of so many cycles, each of so many drive periods, and those of them from which on
+    /// derivatives are one-sided.
+    fn count(&mut self, instants: &Instants, marks: &[OneSided], (cycles, periods): (i64, i64)) {
+        let (drive, window) = (&self.of.model.motion.drive, self.span.window);
+        let events = instants.events.len();
+        let then =
+            |clock: &Clock, cycle: i64| Clock { period: clock.period + cycle * periods, ..*clock };
+        let rows = &mut self.rows;
+        for cycle in 0..if instants.marks.is_empty() { 0 } else { cycles } {
+            let before = rows.events + cycle * events as i64;
+            rows.one_sided.extend(instants.marks.iter().zip(marks).map(|(clock, mark)| {
+                let time = drive.time(then(clock, cycle));
+                OneSided { index: before + mark.index, time, ..*mark }
+            }));
+        }
+        let all = events * usize::try_from(cycles).unwrap_or_default();
+        let earlier =
+            |place: usize| then(&instants.events[place % events], (place / events) as i64) < window;
+        rows.earlier += first_not(0..all, earlier) as i64;
+        rows.events += all as i64;
+    }
+
     /// Takes the events of cycles of so many drive periods each, one of which was followed, from these
     /// columns at their starts.
     fn repeat(&mut self, one: &mut Follower, starts: &Arc<Vec<f64>>, periods: i64) {
@@ -70,6 +110,7 @@ impl Follower<'_> {
         let Some(instants) = one.instants.take() else { return };
         let k = self.of.by.len();
         let cycles = starts.len() / (COMPONENTS * k);
+        self.count(&instants, &one.rows.one_sided, (cycles as i64, periods));
         let later = |cycle: usize| cycle as i64 * periods;
         // Of things that come so many times in each cycle, one after the other: the first that is not so.
         let first_not = |count: usize, is: &dyn Fn(usize, i64) -> bool| {
@@ -78,21 +119,6 @@ impl Follower<'_> {
         let then = |clock: &Clock, later: i64| Clock { period: clock.period + later, ..*clock };
         let window = self.span.window;
         let rows = &mut self.rows;
-        let events = instants.events.len();
-        if !instants.marks.is_empty() {
-            for cycle in 0..cycles {
-                let before = rows.events + (cycle * events) as i64;
-                let marks = instants.marks.iter().zip(&one.rows.one_sided);
-                rows.one_sided.extend(marks.map(|(clock, mark)| {
-                    let time = drive.time(then(clock, later(cycle)));
-                    OneSided { index: before + mark.index, time, ..*mark }
-                }));
-            }
-        }
-        let earlier = |i: usize, later: i64| then(&instants.events[i], later) < window;
-        rows.earlier += first_not(events, &earlier) as i64;
-        rows.events += (cycles * events) as i64;
-
         let impacts = instants.impacts.len();
         let earlier = |i: usize, later: i64| then(&instants.impacts[i], later) < window;
         let first = first_not(impacts, &earlier);
@@ -128,13 +154,31 @@ impl Follower<'_> {
     }
 }
 
+/// Columns after so many cycles: the map of one cycle is squared again and again.
+fn after_many(shown: &[Column], mut here: Columns, mut cycles: u64) -> Columns {
+    let mut power = shown.to_vec();
+    while cycles > 0 {
+        if cycles % 2 == 1 {
+            here = mapped(&power, &here).collect();
+        }
+        let (basis, own) = power.split_at(COMPONENTS);
+        let none = [[0.0; 4]; COMPONENTS];
+        let alone: Vec<Column> = basis.iter().chain(&none).copied().collect();
+        let twice: Vec<Column> = mapped(&alone, basis).chain(mapped(&power, own)).collect();
+        (power, cycles) = (twice, cycles / 2);
+    }
+    here
+}
+
 #[cfg(test)]
 mod tests {
     use crate::model::parameters::System;
     use crate::model::state::State;
     use crate::numerics::cancel::CancelToken;
-    use crate::simulate::run::{Run, RunOptions, run};
-    use crate::tangent::sensitivity::{Sensitivity, run_with_sensitivity, sensitivity};
+    use crate::simulate::run::{Proceeds, Run, RunOptions, run};
+    use crate::tangent::sensitivity::{
+        Sensitivity, SensitivityError, carried_out, run_with_sensitivity, sensitivity,
+    };
 
     const PERIODS: i64 = 600;
 
@@ -217,13 +261,12 @@ mod tests {
             for (kept, section_phase) in [(0, 0.0), (1, 1.3), (7, 0.0), (400, 1.3), (600, 0.0)] {
                 let options = RunOptions { section_phase, ..RunOptions::periods(PERIODS) };
                 let options = options.keep(kept);
-                let whole = (&never, None);
                 let (mut made, found) =
-                    run_with_sensitivity(&system, start, options, &names, whole).unwrap();
+                    run_with_sensitivity(&system, start, options, &names, &never).unwrap();
                 let alone = simulated(&system, options);
                 // How much was worked out differs, nothing else.
                 made.evaluations = alone.evaluations;
-                assert_eq!(made, alone);
+                assert!(made == alone, "{kept}");
                 assert_eq!(made.kept_from().to_bits(), alone.kept_from().to_bits());
                 let other = of(&alone);
                 assert_same(&found.times, &other.times);
@@ -238,6 +281,36 @@ mod tests {
                     .collect();
                 let along = |of: &Sensitivity| of.trajectory(&times).unwrap().unwrap();
                 assert_same(&along(&found), &along(&other));
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_made_with_its_derivatives_in_parts_is_that_made_at_once() {
+        let start = State { x1: 0.0, v1: 0.5, x2: 0.0, v2: 0.0 };
+        let names = ["gap", "v1", "drive_frequency", "friction"].map(String::from);
+        for system in motions() {
+            let options = RunOptions::periods(PERIODS).keep(400);
+            let never = CancelToken::never();
+            let (run, found) =
+                run_with_sensitivity(&system, start, options, &names, &never).unwrap();
+            for asks in [2, 10, 50] {
+                let mut parts = 1;
+                let in_parts = |work: &mut (dyn Proceeds + Send)| {
+                    while !work.proceed(&CancelToken::after(asks)) {
+                        parts += 1;
+                    }
+                    Ok::<_, SensitivityError>(())
+                };
+                let (mut other, again) =
+                    carried_out(&system, start, options, &names, in_parts).unwrap();
+                assert!(parts > 1, "{parts}");
+                other.evaluations = run.evaluations;
+                assert!(other == run, "{asks}");
+                assert_same(&again.times, &found.times);
+                assert_same(&again.after, &found.after);
+                assert_same(&again.stroboscopic, &found.stroboscopic);
+                assert_same(&again.final_state, &found.final_state);
             }
         }
     }

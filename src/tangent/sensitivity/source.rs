@@ -1,8 +1,6 @@
 //! Where the events of a run come from: from its tables, where they have all of them, or from a run in the
 //! making. Both know where the motion repeats to the last bit.
 
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-
 use super::impact::FollowedImpact;
 use crate::contact::sustained::{ContactForce, ContactMode};
 use crate::model::error::SimulationError;
@@ -52,21 +50,23 @@ impl Next {
 }
 
 /// The events of a run, one by one.
+#[derive(Clone)]
 pub(super) enum Source<'a> {
     /// As they are found while the run is made, and what has been found that the motion repeats.
-    Made(Making<'a>),
+    Made(Box<Making>),
     /// As they are kept.
     Kept(Kept<'a>),
 }
 
-/// A run in the making, who wants to know how much of it is done, and what has been found to repeat.
-pub(super) struct Making<'a> {
-    pub run: &'a mut Collection,
-    pub done: Option<&'a AtomicUsize>,
+/// A run in the making, and what has been found to repeat.
+#[derive(Clone)]
+pub(super) struct Making {
+    pub run: Collection,
     pub cycle: Option<Cycle>,
 }
 
 /// The events that a run keeps.
+#[derive(Clone)]
 pub(super) struct Kept<'a> {
     run: &'a Run,
     cancel: &'a CancelToken,
@@ -92,9 +92,9 @@ pub(super) struct Alike {
 const TOGETHER: usize = 32;
 
 impl Alike {
-    /// Of cycles of so many events and drive periods; whether these are all impacts.
-    fn new((events, all_impacts): (usize, bool), periods: i64, cycle: Option<Cycle>) -> Self {
-        let together = if all_impacts { TOGETHER.div_ceil(events.max(1)) } else { 1 };
+    /// Of cycles of so many events and drive periods; `many`: enough of them together.
+    fn new((events, many): (usize, bool), periods: i64, cycle: Option<Cycle>) -> Self {
+        let together = if many { TOGETHER.div_ceil(events.max(1)) } else { 1 };
         let count = together as i64;
         Self { events: together * events, periods: count * periods, together: count, cycle }
     }
@@ -208,10 +208,10 @@ impl<'a> Kept<'a> {
     }
 }
 
-impl<'a> Source<'a> {
-    /// A run in the making; `done` gets how many millionths of it are.
-    pub fn made(run: &'a mut Collection, done: Option<&'a AtomicUsize>) -> Self {
-        Self::Made(Making { run, done, cycle: None })
+impl Source<'_> {
+    /// A run in the making.
+    pub fn made(run: Collection) -> Self {
+        Self::Made(Box::new(Making { run, cycle: None }))
     }
 
     /// The next event, and whether impacts were skipped on the way to it.
@@ -221,14 +221,12 @@ impl<'a> Source<'a> {
         passed: &mut Passed,
     ) -> Option<Result<(Next, bool), SimulationError>> {
         match self {
-            Self::Made(Making { run, done, .. }) => {
+            Self::Made(made) => {
+                let run = &mut made.run;
                 let event = match run.tell(passed)? {
                     Ok(event) => event,
                     Err(error) => return Some(Err(error)),
                 };
-                if let Some(done) = done {
-                    done.store(run.millionths_done(), Relaxed);
-                }
                 let hops = matches!(event, Event::Chatter(_)) || run.skips_at(&event);
                 let next = match &event {
                     Event::Impact(impact) => Next::Impact(FollowedImpact::found(system, impact)),
@@ -252,11 +250,14 @@ impl<'a> Source<'a> {
     /// the impact is none of those that may lead into chatter, which belong together.
     pub fn alike(&mut self, apart: bool) -> Option<(Alike, i64)> {
         match self {
-            Self::Made(Making { run, cycle, .. }) => {
+            Self::Made(made) => {
+                let Making { run, cycle } = &mut **made;
                 *cycle = run.found_to_repeat().or(*cycle);
                 let cycle = cycle.take_if(|_| apart)?;
                 let (events, periods) = (usize::try_from(cycle.events).ok()?, cycle.periods);
-                let alike = Alike::new((events, cycle.is_all_impacts()), periods, Some(cycle));
+                // Before the window nothing is told of them, which would be worth it.
+                let many = cycle.is_all_impacts() && !run.is_before_window();
+                let alike = Alike::new((events, many), periods, Some(cycle));
                 Some((alike, run.cycles_left(&cycle) / alike.together))
             }
             Self::Kept(kept) => kept.alike().filter(|_| apart),
@@ -266,8 +267,9 @@ impl<'a> Source<'a> {
     /// Passes over cycles that are left, after one of them; how many.
     pub fn pass(&mut self, alike: &Alike) -> i64 {
         match self {
-            Self::Made(Making { run, .. }) => {
+            Self::Made(made) => {
                 let Some(cycle) = &alike.cycle else { return 0 };
+                let run = &mut made.run;
                 let times = run.cycles_left(cycle).max(0) / alike.together;
                 run.pass(cycle, times * alike.together);
                 times

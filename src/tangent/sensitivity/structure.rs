@@ -1,7 +1,6 @@
 //! Derivatives of a run of a structure: its motion again, turn by turn, with its derivatives.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 
 use nalgebra::DMatrix;
 
@@ -17,18 +16,23 @@ use crate::model::error::ParameterError;
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState, Variation};
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::run::{Collection, Run, RunOptions, StopImpactRecord, run_and_tell};
+use crate::simulate::run::{Collection, Proceeds, Run, RunOptions, StopImpactRecord, run};
 use crate::tangent::structure::{Linearised, Perturbed};
 use crate::tangent::tolerances::SAME_TIME;
 
 impl Follower<'_> {
-    /// To the end of the run: derivatives of the state there, or nothing if the caller has cancelled.
+    /// To the end of the run: derivatives of the state there, or nothing if the caller has cancelled. A run
+    /// in the making can then go on.
     fn follow(&mut self, source: &mut Source) -> Result<Option<DMatrix<f64>>, SensitivityError> {
-        self.leg(source);
+        if self.legs.is_empty() {
+            self.leg(source);
+        }
         let mut may_repeat = true;
         loop {
             let mut turn = self.turn(source)?;
+            self.plain = self.plain.saturating_sub(1);
             if turn == Turn::Over
+                && self.plain == 0
                 && may_repeat
                 && let Some(alike) = self.cycle_from(source)
             {
@@ -44,9 +48,9 @@ impl Follower<'_> {
         }
     }
 
-    /// What there is to tell of a motion; of one that was cancelled up to its last leg.
-    fn told(mut self, source: &mut Source) -> Result<Told, SensitivityError> {
-        let last = self.follow(source)?;
+    /// What there is to tell of a motion, from what following has come to; of one that was cancelled up to
+    /// its last leg.
+    fn told(self, last: Option<DMatrix<f64>>) -> Result<Told, SensitivityError> {
         let Self { of, legs, rows, derivatives: blank, .. } = self;
         let (last, until) = match (last, legs.last()) {
             (Some(columns), _) => (columns, None),
@@ -98,20 +102,22 @@ pub fn structure_sensitivity(
     let structure = &run.system;
     let by = Along::new(structure, by)?;
     let (phase, rooms) = (run.options.section_phase, followed(run));
-    let follower = by.follower(Span::of(run), phase, rooms);
+    let mut follower = by.follower(Span::of(run), phase, rooms);
     let mut source = if let Some(kept) = Kept::new(run, &initial, follower.section_offset, cancel)?
     {
         Source::Kept(Box::new(kept))
     } else {
-        Source::made(Collection::told(structure, initial, run.options, run.kept(), cancel)?, None)
+        let mut again = Collection::told(structure, initial, run.options, run.kept())?;
+        again.proceed_with(cancel);
+        Source::made(again)
     };
-    let told = follower.told(&mut source)?;
+    let last = follower.follow(&mut source)?;
+    let told = follower.told(last)?;
     by.concluded(run, told)
 }
 
-/// Makes a run of a structure with [its derivatives](structure_sensitivity). Where it keeps its last drive
-/// periods only, these cost less than afterwards: the motion before them is followed once. `done` gets how
-/// many millionths of the run's time are done.
+/// Makes a run of a structure with [its derivatives](structure_sensitivity), as
+/// [`run_with_sensitivity`](super::run_with_sensitivity) does one of a [`System`](crate::System).
 ///
 /// # Errors
 /// [`SensitivityError`]: a bad option, start, name or variation, or the run, or a leg of it without
@@ -121,25 +127,75 @@ pub fn structure_run_with_sensitivity(
     initial: StructureState,
     options: RunOptions,
     by: Vec<(String, Variation)>,
-    watched @ (cancel, done): (&CancelToken, Option<&AtomicUsize>),
+    cancel: &CancelToken,
 ) -> Result<(Run<Structure>, Sensitivity<StructureLegs>), SensitivityError> {
-    let along = Along::new(structure, by.clone())?;
-    options.check(structure)?;
-    let kept @ (window, _) = options.kept();
-    if window == Clock::START {
+    if options.kept().0 == Clock::START {
         // It keeps what tells more than a motion in the making.
-        let run = run_and_tell(structure, initial.clone(), options, watched)?;
+        Along::new(structure, by.clone())?;
+        let run = run(structure, initial.clone(), options, cancel)?;
         let found = structure_sensitivity(&run, initial, by, cancel)?;
         return Ok((run, found));
     }
-    let making = Collection::told(structure, initial, options, kept, cancel)?;
+    carried_out(structure, initial, options, by, |work| {
+        work.proceed(cancel);
+        Ok(())
+    })
+}
+
+/// The same, with how the work is done.
+pub(crate) fn carried_out<E: From<SensitivityError>>(
+    structure: &Structure,
+    initial: StructureState,
+    options: RunOptions,
+    by: Vec<(String, Variation)>,
+    carry_out: impl FnOnce(&mut (dyn Proceeds + Send)) -> Result<(), E>,
+) -> Result<(Run<Structure>, Sensitivity<StructureLegs>), E> {
+    let along = Along::new(structure, by).map_err(SensitivityError::from)?;
+    options.check(structure).map_err(SensitivityError::from)?;
+    let making = Collection::told(structure, initial, options, options.kept());
+    let making = making.map_err(SensitivityError::from)?;
     let follower = along.follower(Span::of_made(&making), options.section_phase, (0, 0));
-    let mut source = Source::made(making, done);
-    let told = follower.told(&mut source)?;
-    let Source::Made(made) = source else { unreachable!("it was made") };
-    let run = made.into_run()?;
+    let mut work = WithSensitivity { follower, source: Source::made(making), last: None };
+    carry_out(&mut work)?;
+    let (run, told) = work.into_parts()?;
     let found = along.concluded(&run, told)?;
     Ok((run, found))
+}
+
+/// A run in the making that is followed with its derivatives.
+struct WithSensitivity<'a> {
+    follower: Follower<'a>,
+    source: Source<'a>,
+    /// The derivatives at the end, or why there are none.
+    last: Option<Result<DMatrix<f64>, SensitivityError>>,
+}
+
+impl WithSensitivity<'_> {
+    fn into_parts(self) -> Result<(Run<Structure>, Told), SensitivityError> {
+        let told = self.follower.told(self.last.transpose()?)?;
+        let Source::Made(made) = self.source else { unreachable!("a run in the making") };
+        Ok((made.run.into_run()?, told))
+    }
+}
+
+impl Proceeds for WithSensitivity<'_> {
+    fn proceed(&mut self, cancel: &CancelToken) -> bool {
+        if self.last.is_none() {
+            if let Source::Made(made) = &mut self.source {
+                made.run.proceed_with(cancel);
+            }
+            self.last = self.follower.follow(&mut self.source).transpose();
+        }
+        self.last.is_some()
+    }
+
+    #[cfg(feature = "python")]
+    fn millionths_done(&self) -> usize {
+        match &self.source {
+            Source::Made(made) => made.run.millionths_done(),
+            Source::Kept(_) => 0,
+        }
+    }
 }
 
 /// What a run is differentiated along.
@@ -204,6 +260,7 @@ impl Along {
             derivatives: Perturbed::new(Arc::clone(of), Clock::START, columns),
             legs: Vec::with_capacity(impacts + 1),
             rows,
+            plain: 0,
         }
     }
 

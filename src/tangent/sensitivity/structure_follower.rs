@@ -53,6 +53,8 @@ pub(super) struct Follower<'a> {
     pub derivatives: Perturbed,
     pub legs: Vec<SensitiveLeg>,
     pub rows: Rows,
+    /// So many events are next that are followed one by one, even if they come again.
+    pub plain: u64,
 }
 
 impl Follower<'_> {

@@ -1,12 +1,10 @@
 //! Where the events of a run of a structure, and the legs between them, come from: from what the run has
 //! kept, where that is all of them, or from a run in the making.
 
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-
 use super::structure_kept::Kept;
 use crate::model::error::SimulationError;
 use crate::model::structure::{Structure, StructureState};
-use crate::simulate::run::{Collection, Run, RunError};
+use crate::simulate::run::Collection;
 use crate::simulate::structure::StructureEvent;
 use crate::simulate::{AnchorOf, Cycle, Observer, Phase};
 
@@ -14,16 +12,15 @@ use crate::simulate::{AnchorOf, Cycle, Observer, Phase};
 #[derive(Clone)]
 pub(super) enum Source<'a> {
     /// As they are found while the run is made.
-    Made(Box<Made<'a>>),
+    Made(Box<Made>),
     /// As a run has kept them.
     Kept(Box<Kept<'a>>),
 }
 
-/// A run in the making, who wants to know how much of it is done, and what has been found to repeat.
+/// A run in the making, and what has been found to repeat.
 #[derive(Clone)]
-pub(super) struct Made<'a> {
-    run: Collection<Structure>,
-    done: Option<&'a AtomicUsize>,
+pub(super) struct Made {
+    pub run: Collection<Structure>,
     cycle: Option<Cycle>,
     /// The leg before the last turn.
     before: AnchorOf<Structure>,
@@ -48,18 +45,11 @@ impl Observer<StructureState> for Passed<'_> {
     }
 }
 
-impl Made<'_> {
-    /// The run that was made.
-    pub fn into_run(self) -> Result<Run<Structure>, RunError<Structure>> {
-        self.run.into_run()
-    }
-}
-
-impl<'a> Source<'a> {
-    /// A run in the making; `done` gets how many millionths of it are.
-    pub fn made(run: Collection<Structure>, done: Option<&'a AtomicUsize>) -> Self {
+impl Source<'_> {
+    /// A run in the making.
+    pub fn made(run: Collection<Structure>) -> Self {
         let before = run.checkpoint().anchor.clone();
-        Self::Made(Box::new(Made { run, done, cycle: None, before }))
+        Self::Made(Box::new(Made { run, cycle: None, before }))
     }
 
     /// The leg before the last turn,
@@ -94,13 +84,10 @@ impl<'a> Source<'a> {
     ) -> Result<Option<StructureEvent>, SimulationError> {
         match self {
             Self::Made(made) => {
-                let Made { run, done, cycle, before } = &mut **made;
+                let Made { run, cycle, before } = &mut **made;
                 before.clone_from(&run.checkpoint().anchor);
                 let event = run.tell_step(&mut Passed(passed)).transpose()?;
                 *cycle = run.found_to_repeat().or(*cycle);
-                if let Some(done) = done {
-                    done.store(run.millionths_done(), Relaxed);
-                }
                 Ok(event)
             }
             Self::Kept(kept) => Ok(kept.turn(passed)),
