@@ -6,7 +6,7 @@ its derivatives depend. Where they are asked for before it is made, they are car
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,53 +73,71 @@ class MadeWith:
         places = [own.index(name) for name in (*names, *directions)]
         if len({*places}) < len(places):
             return None  # a name given twice is refused where derivatives are computed
-        return self.core if places == [*range(len(own))] else _Some(self.core, places)
+        if places == [*range(len(own))]:
+            return self.core
+
+        def columns(rows: Array) -> Array:
+            return rows[..., places]
+
+        return Derived(self.core, columns, columns)
 
 
-class _Some:
-    """Some columns of what the core gives of a sensitivity."""
+class Derived:
+    """What the core gives of a sensitivity, in other rows or columns.
 
-    def __init__(self, core: _core.Sensitivity, places: list[int]) -> None:
-        self._core, self._places = core, places
+    Parameters
+    ----------
+    core
+        As the core has it.
+    of_states
+        Changes arrays of states, (..., k).
+    of_times
+        Changes arrays of times, (n, k).
+    """
 
-    def _of(self, rows: Array) -> Array:
-        return rows[..., self._places]
+    def __init__(
+        self,
+        core: _core.Sensitivity | Derived,
+        of_states: Callable[[Array], Array],
+        of_times: Callable[[Array], Array],
+    ) -> None:
+        self._core, self._of_states, self._of_times = core, of_states, of_times
 
     @property
     def times(self) -> Array:
-        """As those of the core."""
-        return self._of(self._core.times)
+        """Those of the core, changed."""
+        return self._of_times(self._core.times)
 
     @property
     def before(self) -> Array:
-        """As those of the core."""
-        return self._of(self._core.before)
+        """Those of the core, changed."""
+        return self._of_states(self._core.before)
 
     @property
     def after(self) -> Array:
-        """As those of the core."""
-        return self._of(self._core.after)
+        """Those of the core, changed."""
+        return self._of_states(self._core.after)
 
     @property
     def stroboscopic(self) -> Array:
-        """As those of the core."""
-        return self._of(self._core.stroboscopic)
+        """Those of the core, changed."""
+        return self._of_states(self._core.stroboscopic)
 
     @property
     def final_state(self) -> Array:
-        """As those of the core."""
-        return self._of(self._core.final_state)
+        """That of the core, changed."""
+        return self._of_states(self._core.final_state)
 
     @property
     def one_sided(self) -> list[tuple[int, float, str]]:
-        """As those of the core."""
+        """Those of the core."""
         return self._core.one_sided
 
     @property
     def until(self) -> float | None:
-        """As that of the core."""
+        """That of the core."""
         return self._core.until
 
     def trajectory(self, t: Array) -> Array:
-        """As that of the core."""
-        return self._of(self._core.trajectory(t))
+        """Return that of the core, changed."""
+        return self._of_states(self._core.trajectory(t))

@@ -27,13 +27,13 @@ from .structure_directions import directions as directions_of
 from .structure_run_parts import (
     IMPACT_COLUMNS,
     TABLES,
-    PhysicalSensitivity,
     StructureEnergyAudit,
     StructureState,
     arrays_of,
     check_arrays,
     core_of,
     impact_rates,
+    physical_sensitivity,
 )
 from .tables import Table, of_columns
 from .verbs import verb
@@ -265,7 +265,7 @@ class StructureRun(RunRecord[Structure, _core.StructureRun, Array]):
                 error.result = self
                 raise
         if self._system._basis.is_modal:
-            core = PhysicalSensitivity(core, self._system._from_core)
+            core = physical_sensitivity(core, self._system._from_core)
         found: Sensitivity = verb("sensitivity")(core, self, names, directions)
         return found
 

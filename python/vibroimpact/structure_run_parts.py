@@ -13,6 +13,7 @@ from . import _core
 from .arguments import reject
 from .fixed_arrays import FixedArrays
 from .interruption import interruptible
+from .made_with import Derived
 from .run_parts import Slopes, clock_rates
 from .run_trace import Trace
 from .showing import Facts, Shown, in_a_line
@@ -194,58 +195,16 @@ def core_of(
     )
 
 
-class PhysicalSensitivity:
-    """What the core gives of a sensitivity, in physical coordinates of a structure from modes."""
+def physical_sensitivity(core: Any, physical: Callable[[Array], Array]) -> Derived:
+    """Return what the core gives of a sensitivity in coordinates of a structure from modes."""
 
-    def __init__(self, core: _core.Sensitivity, physical: Callable[[Array], Array]) -> None:
-        self._core = core
-        self._physical = physical
-
-    def _rows(self, rows: Array) -> Array:
-        """Derivatives of states (n, 2N, k) in physical coordinates."""
+    def states(rows: Array) -> Array:
         n, width, k = rows.shape
         modal = rows.reshape(n, 2, width // 2, k).transpose(0, 3, 1, 2)
-        states = self._physical(modal)
-        return states.transpose(0, 2, 3, 1).reshape(n, -1, k)
+        found = physical(modal).transpose(0, 2, 3, 1)
+        return found.reshape(n, 2 * found.shape[2], k)  # there may be no rows
 
-    @property
-    def times(self) -> Array:
-        """As those of the core."""
-        return self._core.times
-
-    @property
-    def before(self) -> Array:
-        """As those of the core."""
-        return self._rows(self._core.before)
-
-    @property
-    def after(self) -> Array:
-        """As those of the core."""
-        return self._rows(self._core.after)
-
-    @property
-    def stroboscopic(self) -> Array:
-        """As those of the core."""
-        return self._rows(self._core.stroboscopic)
-
-    @property
-    def final_state(self) -> Array:
-        """As those of the core."""
-        return self._rows(self._core.final_state)
-
-    @property
-    def one_sided(self) -> list[tuple[int, float, str]]:
-        """As those of the core."""
-        return self._core.one_sided
-
-    @property
-    def until(self) -> float | None:
-        """As that of the core."""
-        return self._core.until
-
-    def trajectory(self, t: Array) -> Array:
-        """As that of the core."""
-        return self._rows(self._core.trajectory(t))
+    return Derived(core, states, lambda times: times)
 
 
 def impact_rates(
