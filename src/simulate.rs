@@ -220,6 +220,11 @@ impl<M: Model> Simulation<M> {
         }
     }
 
+    /// Whether the caller has cancelled it.
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
+    }
+
     /// Cap on the number of events; the run then stops with [`StopReason::EventCap`].
     #[must_use]
     pub fn max_events(mut self, events: u64) -> Self {

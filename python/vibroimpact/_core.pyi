@@ -70,6 +70,7 @@ __all__ = [
     "lyapunov_spectrum",
     "sensitivity",
     "simulate",
+    "simulate_with_sensitivity",
     "sin_cos",
     "structure_motion",
     "structure_sensitivity",

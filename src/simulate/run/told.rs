@@ -8,7 +8,7 @@ use super::recorded::Recorded;
 use crate::model::error::StateError;
 use crate::model::state::Clock;
 use crate::numerics::cancel::CancelToken;
-use crate::simulate::{CheckpointOf, Cycle, Observer, Simulation, Turn};
+use crate::simulate::{CheckpointOf, Cycle, ModelEvent, Observer, Simulation, Turn};
 
 /// Sections as a run keeps them, and as they are told.
 struct Sections<'a, M: Recorded, O> {
@@ -30,6 +30,22 @@ impl<M: Recorded, O: Observer<M::State>> Observer<M::State> for Sections<'_, M, 
 
     fn first_section(&self) -> i64 {
         self.told.first_section()
+    }
+}
+
+/// Sections that nobody is told of.
+struct Untold {
+    /// The first that the run keeps.
+    first: i64,
+}
+
+impl<S> Observer<S> for Untold {
+    const SECTIONS: bool = true;
+
+    fn section(&mut self, _: i64, _: &S) {}
+
+    fn first_section(&self) -> i64 {
+        self.first
     }
 }
 
@@ -102,8 +118,18 @@ impl<M: Recorded> Collection<M> {
         self.simulation.repeats().map(|(cycle, _)| cycle)
     }
 
+    /// Drive periods of the window, at most.
+    pub(crate) fn told_periods(&self) -> i64 {
+        self.horizon_clock().period.saturating_sub(self.window.period)
+    }
+
+    /// How many whole cycles there are from here on.
+    pub(crate) fn cycles_left_to_end(&self, cycle: &Cycle) -> i64 {
+        self.simulation.cycles_left_to_end(cycle)
+    }
+
     /// Whether the present leg begins before the window, or with it.
-    pub(crate) fn is_before_window(&self) -> bool {
+    fn is_before_window(&self) -> bool {
         self.simulation.clock() <= self.window
     }
 
@@ -132,5 +158,33 @@ impl<M: Recorded> Collection<M> {
         } else {
             self.repeat(cycle, times);
         }
+    }
+
+    /// Passes over so many cycles, after one of them, also into the window, and keeps those of it; whether
+    /// all of them, which the caller may have interrupted.
+    pub(crate) fn pass_all(&mut self, cycle: &Cycle, times: i64) -> bool {
+        let mut left = times;
+        let mut has_kept_one = false;
+        while left > 0 {
+            if self.simulation.is_cancelled() {
+                return false;
+            }
+            let passed = self.cycles_left(cycle).min(left);
+            if passed > 0 && (self.is_before_window() || has_kept_one) {
+                self.pass(cycle, passed);
+                left -= passed;
+                continue;
+            }
+            // The first that lies in the window is the one that is kept, and copied.
+            has_kept_one = passed > 0;
+            for _ in 0..cycle.events {
+                let turn = self.tell(&mut Untold { first: self.first_section });
+                if !turn.is_some_and(|event| event.is_ok_and(|event| event.as_stop().is_none())) {
+                    return false;
+                }
+            }
+            left -= 1;
+        }
+        true
     }
 }

@@ -44,7 +44,7 @@ pub(super) struct Follower<'a> {
     reader: LegReader,
     pub leg: SensitiveLeg,
     /// The instant at which it begins, with all of its digits.
-    pub began: Clock,
+    began: Clock,
     /// The last impacts, if they may lead into chatter.
     low: Option<Bounces>,
     /// u of the last impact, and the largest so far.

@@ -4,9 +4,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::columns::{Column, Columns, counted};
+use super::columns::{Column, counted};
 use super::error::SensitivityError;
-use super::follow::{Follower, Instants, Step};
+use super::follow::{Follower, Step};
 use super::legs::RepeatedLegs;
 use super::marks::OneSided;
 use super::source::{Alike, Passed, Source};
@@ -48,59 +48,37 @@ impl Follower<'_> {
             }
         }
         passed.first = first;
-        if matches!(step, Step::Cancelled) {
+        let times = match step {
+            Step::Goes => source.pass(alike),
+            Step::Ends(_) => Some(0),
+            Step::Cancelled => None,
+        };
+        let Some(times) = times else {
             // So that it can go on from here, however short its parts are.
             *source = saved;
             passed.all.clear();
             self.plain = alike.events;
-            return Ok(step);
-        }
-        let times = if matches!(step, Step::Goes) { source.pass(alike) } else { 0 };
+            return Ok(Step::Cancelled);
+        };
+        let map = &one.leg.here.columns;
         let mut here = std::mem::take(&mut self.leg.here.columns);
-        let last = one.began.period + times * alike.periods;
-        if last < self.span.window.period && matches!(step, Step::Goes) {
-            // Of cycles before the window nothing is told but what comes after them.
-            here = after_many(&one.leg.here.columns, here, times.unsigned_abs() + 1);
-            if let Some(instants) = one.instants.take() {
-                self.count(&instants, &one.rows.one_sided, (times + 1, alike.periods));
-            }
-            self.go_on_from(&one, (here, times * alike.periods));
-            return Ok(step);
-        }
-        let mut starts = here.as_flattened().to_vec();
+        let mut starts = Vec::with_capacity((times.unsigned_abs() as usize + 1) * 4 * here.len());
+        starts.extend_from_slice(here.as_flattened());
+        let mut next = here.clone();
         for _ in 0..times {
-            here = mapped(&one.leg.here.columns, &here).collect();
+            next.iter_mut().zip(mapped(map, &here)).for_each(|(next, column)| *next = column);
+            std::mem::swap(&mut here, &mut next);
             starts.extend_from_slice(here.as_flattened());
+        }
+        if matches!(step, Step::Goes) {
+            next = mapped(map, &here).collect();
         }
         self.repeat(&mut one, &Arc::new(starts), alike.periods);
         if let Step::Ends(columns) = step {
             return Ok(Step::Ends(mapped(&columns, &here).collect()));
         }
-        here = mapped(&one.leg.here.columns, &here).collect();
-        self.go_on_from(&one, (here, times * alike.periods));
+        self.go_on_from(&one, (next, times * alike.periods));
         Ok(step)
-    }
-
-    /// Counts the events of so many cycles, each of so many drive periods, and those of them from which on
-    /// derivatives are one-sided.
-    fn count(&mut self, instants: &Instants, marks: &[OneSided], (cycles, periods): (i64, i64)) {
-        let (drive, window) = (&self.of.model.motion.drive, self.span.window);
-        let events = instants.events.len();
-        let then =
-            |clock: &Clock, cycle: i64| Clock { period: clock.period + cycle * periods, ..*clock };
-        let rows = &mut self.rows;
-        for cycle in 0..if instants.marks.is_empty() { 0 } else { cycles } {
-            let before = rows.events + cycle * events as i64;
-            rows.one_sided.extend(instants.marks.iter().zip(marks).map(|(clock, mark)| {
-                let time = drive.time(then(clock, cycle));
-                OneSided { index: before + mark.index, time, ..*mark }
-            }));
-        }
-        let all = events * usize::try_from(cycles).unwrap_or_default();
-        let earlier =
-            |place: usize| then(&instants.events[place % events], (place / events) as i64) < window;
-        rows.earlier += first_not(0..all, earlier) as i64;
-        rows.events += all as i64;
     }
 
     /// Takes the events of cycles of so many drive periods each, one of which was followed, from these
@@ -110,7 +88,6 @@ impl Follower<'_> {
         let Some(instants) = one.instants.take() else { return };
         let k = self.of.by.len();
         let cycles = starts.len() / (COMPONENTS * k);
-        self.count(&instants, &one.rows.one_sided, (cycles as i64, periods));
         let later = |cycle: usize| cycle as i64 * periods;
         // Of things that come so many times in each cycle, one after the other: the first that is not so.
         let first_not = |count: usize, is: &dyn Fn(usize, i64) -> bool| {
@@ -119,6 +96,21 @@ impl Follower<'_> {
         let then = |clock: &Clock, later: i64| Clock { period: clock.period + later, ..*clock };
         let window = self.span.window;
         let rows = &mut self.rows;
+        let events = instants.events.len();
+        if !instants.marks.is_empty() {
+            for cycle in 0..cycles {
+                let before = rows.events + (cycle * events) as i64;
+                let marks = instants.marks.iter().zip(&one.rows.one_sided);
+                rows.one_sided.extend(marks.map(|(clock, mark)| {
+                    let time = drive.time(then(clock, later(cycle)));
+                    OneSided { index: before + mark.index, time, ..*mark }
+                }));
+            }
+        }
+        let earlier = |i: usize, later: i64| then(&instants.events[i], later) < window;
+        rows.earlier += first_not(events, &earlier) as i64;
+        rows.events += (cycles * events) as i64;
+
         let impacts = instants.impacts.len();
         let earlier = |i: usize, later: i64| then(&instants.impacts[i], later) < window;
         let first = first_not(impacts, &earlier);
@@ -152,22 +144,6 @@ impl Follower<'_> {
         let columns = table(cycle.rows(), all);
         rows.legs.repeat(cycle, RepeatedLegs { begins, first, periods, columns });
     }
-}
-
-/// Columns after so many cycles: the map of one cycle is squared again and again.
-fn after_many(shown: &[Column], mut here: Columns, mut cycles: u64) -> Columns {
-    let mut power = shown.to_vec();
-    while cycles > 0 {
-        if cycles % 2 == 1 {
-            here = mapped(&power, &here).collect();
-        }
-        let (basis, own) = power.split_at(COMPONENTS);
-        let none = [[0.0; 4]; COMPONENTS];
-        let alone: Vec<Column> = basis.iter().chain(&none).copied().collect();
-        let twice: Vec<Column> = mapped(&alone, basis).chain(mapped(&power, own)).collect();
-        (power, cycles) = (twice, cycles / 2);
-    }
-    here
 }
 
 #[cfg(test)]

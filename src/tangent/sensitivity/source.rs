@@ -91,6 +91,9 @@ pub(super) struct Alike {
 /// Fewest impacts of cycles that are taken together. One with contact is work enough by itself.
 const TOGETHER: usize = 32;
 
+/// Fewest drive periods of a window for which cycles are taken together.
+const MANY_TOLD: i64 = 512;
+
 impl Alike {
     /// Of cycles of so many events and drive periods; `many`: enough of them together.
     fn new((events, many): (usize, bool), periods: i64, cycle: Option<Cycle>) -> Self {
@@ -255,24 +258,23 @@ impl Source<'_> {
                 *cycle = run.found_to_repeat().or(*cycle);
                 let cycle = cycle.take_if(|_| apart)?;
                 let (events, periods) = (usize::try_from(cycle.events).ok()?, cycle.periods);
-                // Before the window nothing is told of them, which would be worth it.
-                let many = cycle.is_all_impacts() && !run.is_before_window();
+                // Of a short window little is told.
+                let many = cycle.is_all_impacts() && run.told_periods() > MANY_TOLD;
                 let alike = Alike::new((events, many), periods, Some(cycle));
-                Some((alike, run.cycles_left(&cycle) / alike.together))
+                Some((alike, run.cycles_left_to_end(&cycle) / alike.together))
             }
             Self::Kept(kept) => kept.alike().filter(|_| apart),
         }
     }
 
-    /// Passes over cycles that are left, after one of them; how many.
-    pub fn pass(&mut self, alike: &Alike) -> i64 {
+    /// Passes over all cycles that are left, after one of them; how many, or nothing if the caller has
+    /// cancelled.
+    pub fn pass(&mut self, alike: &Alike) -> Option<i64> {
         match self {
             Self::Made(made) => {
-                let Some(cycle) = &alike.cycle else { return 0 };
-                let run = &mut made.run;
-                let times = run.cycles_left(cycle).max(0) / alike.together;
-                run.pass(cycle, times * alike.together);
-                times
+                let (run, cycle) = (&mut made.run, alike.cycle.as_ref()?);
+                let times = run.cycles_left_to_end(cycle).max(0) / alike.together;
+                run.pass_all(cycle, times * alike.together).then_some(times)
             }
             Self::Kept(kept) => {
                 let times = kept.alike().map_or(0, |(_, times)| times);
@@ -280,7 +282,7 @@ impl Source<'_> {
                 kept.event += count * alike.events;
                 kept.section += count * usize::try_from(alike.periods).unwrap_or_default();
                 kept.here.period += times * alike.periods;
-                times
+                Some(times)
             }
         }
     }
