@@ -1016,10 +1016,10 @@ def simulate_with_sensitivity(
     chatter_tolerance: float = ...,
     section_phase: float = 0.0,
     progress: Callable[[int], object] | None = None,
-) -> tuple[Any, bool, Sensitivity]:
+) -> tuple[Any, Sensitivity | None]:
     """A run from one start with its derivatives by names, or along directions by name.
 
-    And whether Ctrl-C ended both. ``progress`` gets how many millionths of it are done.
+    None if Ctrl-C has ended it. ``progress`` gets how many millionths of it are done.
     """
 
 def lyapunov_spectrum(run: Run, steps: int, step: float | None = None) -> Spectrum:

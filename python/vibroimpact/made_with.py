@@ -65,6 +65,8 @@ class MadeWith:
 
     def by(self, names: tuple[str, ...], directions: Mapping[str, Any]) -> Any:
         """Return those by these names and directions; None if some are not among them."""
+        if not all(isinstance(name, str) for name in names):
+            return None  # which is refused where derivatives are computed
         own = [*self.names, *self.directions]
         # A direction can hold arrays: the same object is the same direction.
         known = all(self.directions.get(name) is along for name, along in directions.items())
@@ -72,7 +74,7 @@ class MadeWith:
             return None
         places = [own.index(name) for name in (*names, *directions)]
         if len({*places}) < len(places):
-            return None  # a name given twice is refused where derivatives are computed
+            return None  # a name given twice is refused there, too
         if places == [*range(len(own))]:
             return self.core
 

@@ -258,7 +258,7 @@ def simulated(
     single = start.ndim == system._AXES
     if asked is not None:
         if not single:
-            reject("sensitivity", [*asked[0], *asked[1]], "None: it takes one start, not several")
+            reject("sensitivity", [*asked[0], *asked[1]], "None with several starts")
         by = _checked(system, asked)
         # What keeps all of its motion has its derivatives afterwards at no higher price.
         if span.keep is not None and span.keep != span.periods:
@@ -299,14 +299,13 @@ def _made_with(system: Machine, start: NDArray[Any], asked: Asked, by: Any, **op
     """Return a run with the derivatives that it was asked for; None if one of both has failed."""
     try:
         with _told_where_to_begin(system, start):
-            core, interrupted, found = _core.simulate_with_sensitivity(
+            core, found = _core.simulate_with_sensitivity(
                 system._compiled, system._to_core(start), by, **options
             )
     except SimulationError:
         return None
     run = system._run(core, start)
-    # Of a run that was cut short the derivatives end before it does.
-    run._made_with = None if interrupted else MadeWith(found, *asked)
+    run._made_with = None if found is None else MadeWith(found, *asked)
     return run
 
 

@@ -169,7 +169,7 @@ pub(super) fn structure_sensitivity(
 const READS: u64 = 1 << 12;
 
 /// A run from one start that is made with its derivatives, along directions or by the numbers of names
-/// alone; whether Ctrl-C has ended both; and these. `progress` gets how many millionths of it are done.
+/// alone, and these, if Ctrl-C has not ended it. `progress` gets how many millionths of it are done.
 #[pyfunction]
 #[pyo3(signature = (
     machine, initial, by, *, periods = None, time = None, keep = None,
@@ -189,7 +189,7 @@ pub(super) fn simulate_with_sensitivity(
     chatter_tolerance: f64,
     section_phase: f64,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(Py<PyAny>, bool, PySensitivity)> {
+) -> PyResult<(Py<PyAny>, Option<PySensitivity>)> {
     let horizon = horizon(periods, time)?;
     let options = RunOptions { horizon, keep, max_events, chatter_tolerance, section_phase };
     let progress = progress.as_ref();
@@ -214,12 +214,14 @@ pub(super) fn simulate_with_sensitivity(
     }
 }
 
+/// A run with its derivatives; one that was interrupted without.
 fn with_sensitivity<M: Crossing, L: Along + 'static>(
     py: Python<'_>,
-    (run, found): (Run<M>, Sensitivity<L>),
-) -> PyResult<(Py<PyAny>, bool, PySensitivity)> {
+    (run, found): (Run<M>, Result<Sensitivity<L>, SensitivityError>),
+) -> PyResult<(Py<PyAny>, Option<PySensitivity>)> {
     let interrupted = run.stop_reason == StopReason::Interrupted;
-    Ok((M::wrapped(py, run)?, interrupted, PySensitivity(found.of_any())))
+    let found = if interrupted { None } else { Some(PySensitivity(found?.of_any())) };
+    Ok((M::wrapped(py, run)?, found))
 }
 
 fn started(initial: &PyReadonlyArray2<'_, f64>) -> StructureState {

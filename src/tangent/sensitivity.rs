@@ -264,20 +264,22 @@ pub fn run_with_sensitivity(
         let found = sensitivity(&run, initial, names, cancel)?;
         return Ok((run, found));
     }
-    carried_out(system, initial, options, names, |work| {
+    let (run, found) = carried_out(system, initial, options, names, |work| {
         work.proceed(cancel);
-        Ok(())
-    })
+        Ok::<_, SensitivityError>(())
+    })?;
+    Ok((run, found?))
 }
 
-/// The same, with how the work is done.
+/// The same, with how the work is done. A run that was interrupted is there also where its derivatives are
+/// refused.
 pub(crate) fn carried_out<E: From<SensitivityError>>(
     system: &System,
     initial: State,
     options: RunOptions,
     names: &[String],
     carry_out: impl FnOnce(&mut (dyn Proceeds + Send)) -> Result<(), E>,
-) -> Result<(Run, Sensitivity), E> {
+) -> Result<RunWith<System, Legs>, E> {
     let of = differentiated(system, names)?;
     options.check(system).map_err(SensitivityError::from)?;
     let making = Collection::told(system, initial, options, options.kept());
@@ -287,9 +289,12 @@ pub(crate) fn carried_out<E: From<SensitivityError>>(
     let mut work = WithSensitivity { follower, source: Source::made(making), last: None };
     carry_out(&mut work)?;
     let (run, told) = work.into_parts()?;
-    let found = concluded(&run, of, told)?;
+    let found = told.and_then(|told| concluded(&run, of, told));
     Ok((run, found))
 }
+
+/// A run, with its derivatives or why it has none.
+pub(crate) type RunWith<M, L> = (Run<M>, Result<Sensitivity<L>, SensitivityError>);
 
 /// A run in the making that is followed with its derivatives.
 struct WithSensitivity<'a> {
@@ -300,8 +305,8 @@ struct WithSensitivity<'a> {
 }
 
 impl WithSensitivity<'_> {
-    fn into_parts(self) -> Result<(Run, Told), SensitivityError> {
-        let told = self.follower.told(self.last.transpose()?)?;
+    fn into_parts(self) -> Result<(Run, Result<Told, SensitivityError>), SensitivityError> {
+        let told = self.follower.told(self.last.transpose()?);
         let Source::Made(made) = self.source else { unreachable!("a run in the making") };
         Ok((made.run.into_run()?, told))
     }

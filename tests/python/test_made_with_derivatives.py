@@ -26,6 +26,10 @@ STRUCTURES = {"settles": SETTLING, "moves": MOVING, "is pressed": PRESSED, "of m
 OF_STRUCTURE = ("gap", "drive_frequency", "v_0")
 
 
+# Whose derivatives grow beyond all numbers.
+GROWS = PAPER.replace(friction=0.5, drive_frequency=1.52, damping=(0.001, 0.001))
+
+
 def fresh(monkeypatch):
     """Let derivatives be computed after a run never again."""
 
@@ -124,11 +128,9 @@ def test_runs_end_where_they_end(reason):
 
 
 def test_what_has_no_derivatives_is_refused_when_it_is_asked_for():
-    # They grow beyond all numbers.
-    chaotic = PAPER.replace(friction=0.5, drive_frequency=1.52, damping=(0.001, 0.001))
     given = {"initial": START, "periods": 4000, "keep": 2}
-    run = vi.simulate(chaotic, **given, sensitivity="gap")
-    assert run == vi.simulate(chaotic, **given)
+    run = vi.simulate(GROWS, **given, sensitivity="gap")
+    assert run == vi.simulate(GROWS, **given)
     with pytest.raises(vi.SimulationError, match="beyond 1e308") as caught:
         run.sensitivity("gap")
     assert caught.value.result is run
@@ -154,7 +156,7 @@ def test_bad_names_are_refused_before_any_work(system, sensitivity, words):
 
 
 def test_several_starts_are_refused():
-    with pytest.raises(vi.ParameterError, match=r"sensitivity = \['gap'\] .*one start"):
+    with pytest.raises(vi.ParameterError, match=r"sensitivity = \['gap'\] .*several starts"):
         vi.simulate(PAPER, initial=[START, START], periods=10, sensitivity="gap")
 
 
@@ -181,6 +183,33 @@ def test_ctrl_c_keeps_the_run_so_far(kind, part):
     assert run.impacts["time"].tolist() == whole.impacts["time"][:count].tolist()
     found, other = run.sensitivity("gap"), whole.sensitivity("gap")
     assert found.impacts.time == pytest.approx(other.impacts.time[:count], rel=1e-9)
+
+
+@pytest.mark.parametrize("part", [0.1, 0.45, 0.55, 0.9])
+def test_ctrl_c_is_not_lost_where_derivatives_are_refused(part):
+    def call():
+        return vi.simulate(GROWS, initial=START, periods=6000, keep=2, sensitivity="gap")
+
+    with ctrl_c_at(int(part * asks_of(call))) as caught:
+        call()
+    assert caught.value.result.stop_reason == "interrupted"
+
+
+def test_a_window_tells_the_same_time_of_what_is_lost():
+    told = []
+    for keep in (None, 2):
+        run = vi.simulate(GROWS, initial=START, periods=4000, keep=keep)
+        with pytest.raises(vi.SimulationError, match="beyond 1e308 by t = ") as caught:
+            run.sensitivity("gap")
+        told.append(str(caught.value))
+    assert told[0] == told[1]
+
+
+def test_a_list_of_names_is_refused_as_of_any_run():
+    for more in ({}, {"sensitivity": "gap"}):
+        run = vi.simulate(PAPER, initial=START, periods=9, keep=3, **more)
+        with pytest.raises(vi.ParameterError, match="each an argument of its own"):
+            run.sensitivity(["gap"])
 
 
 def test_progress_is_told(capsys):

@@ -372,7 +372,9 @@ impl<'a> Follower<'a> {
         self.separation = -separation;
         (self.leg.hops, self.leg.time, self.began) = (false, time, impact.clock);
         if !kept {
-            return Ok(());
+            // Of those in the window the tables tell where they are lost.
+            let is_lost = before.iter().any(|column| !column[3].is_finite());
+            return if is_lost { Err(SensitivityError::Overflow { time }) } else { Ok(()) };
         }
         if let Some(instants) = &mut self.instants {
             instants.impacts.push(impact.clock);

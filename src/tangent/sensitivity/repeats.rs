@@ -280,6 +280,7 @@ mod tests {
                 };
                 let (mut other, again) =
                     carried_out(&system, start, options, &names, in_parts).unwrap();
+                let again = again.unwrap();
                 assert!(parts > 1, "{parts}");
                 other.evaluations = run.evaluations;
                 assert!(other == run, "{asks}");

@@ -11,7 +11,7 @@ use super::structure_kept::Kept;
 use super::structure_legs::{SensitiveLeg, StructureLegs, tell};
 use super::structure_source::Source;
 use super::table::SensitivityTable;
-use super::{Place, Sensitivity, check_names, followed};
+use super::{Place, RunWith, Sensitivity, check_names, followed};
 use crate::model::error::ParameterError;
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState, Variation};
@@ -136,20 +136,22 @@ pub fn structure_run_with_sensitivity(
         let found = structure_sensitivity(&run, initial, by, cancel)?;
         return Ok((run, found));
     }
-    carried_out(structure, initial, options, by, |work| {
+    let (run, found) = carried_out(structure, initial, options, by, |work| {
         work.proceed(cancel);
-        Ok(())
-    })
+        Ok::<_, SensitivityError>(())
+    })?;
+    Ok((run, found?))
 }
 
-/// The same, with how the work is done.
+/// The same, with how the work is done. A run that was interrupted is there also where its derivatives are
+/// refused.
 pub(crate) fn carried_out<E: From<SensitivityError>>(
     structure: &Structure,
     initial: StructureState,
     options: RunOptions,
     by: Vec<(String, Variation)>,
     carry_out: impl FnOnce(&mut (dyn Proceeds + Send)) -> Result<(), E>,
-) -> Result<(Run<Structure>, Sensitivity<StructureLegs>), E> {
+) -> Result<RunWith<Structure, StructureLegs>, E> {
     let along = Along::new(structure, by).map_err(SensitivityError::from)?;
     options.check(structure).map_err(SensitivityError::from)?;
     let making = Collection::told(structure, initial, options, options.kept());
@@ -158,7 +160,7 @@ pub(crate) fn carried_out<E: From<SensitivityError>>(
     let mut work = WithSensitivity { follower, source: Source::made(making), last: None };
     carry_out(&mut work)?;
     let (run, told) = work.into_parts()?;
-    let found = along.concluded(&run, told)?;
+    let found = told.and_then(|told| along.concluded(&run, told));
     Ok((run, found))
 }
 
@@ -171,8 +173,10 @@ struct WithSensitivity<'a> {
 }
 
 impl WithSensitivity<'_> {
-    fn into_parts(self) -> Result<(Run<Structure>, Told), SensitivityError> {
-        let told = self.follower.told(self.last.transpose()?)?;
+    fn into_parts(
+        self,
+    ) -> Result<(Run<Structure>, Result<Told, SensitivityError>), SensitivityError> {
+        let told = self.follower.told(self.last.transpose()?);
         let Source::Made(made) = self.source else { unreachable!("a run in the making") };
         Ok((made.run.into_run()?, told))
     }

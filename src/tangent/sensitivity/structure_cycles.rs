@@ -362,6 +362,7 @@ mod tests {
                 };
                 let (mut other, again) =
                     carried_out(&structure, start(), options, by.clone(), in_parts).unwrap();
+                let again = again.unwrap();
                 assert!(parts > 1, "{parts}");
                 other.evaluations = run.evaluations;
                 assert!(other == run, "{asks}");

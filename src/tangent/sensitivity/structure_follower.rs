@@ -89,8 +89,11 @@ impl Follower<'_> {
             return Ok(Turn::Last);
         }
         self.derivatives.pass_to(source.before(), source.anchor(), event.as_ref())?;
-        if let Some(event) = &event {
-            self.take(event);
+        if let Some(event) = &event
+            && self.take(event)
+        {
+            let time = self.of.drive().time(event.clock());
+            return Err(SensitivityError::Overflow { time });
         }
         if source.before() != source.anchor() || source.skips() {
             self.leg(source);
@@ -158,7 +161,9 @@ impl Follower<'_> {
         Ok(())
     }
 
-    pub(super) fn take(&mut self, event: &StructureEvent) {
+    /// Takes note of an event; whether derivatives are lost at one before the window. Of those in it the
+    /// tables tell where they are lost.
+    fn take(&mut self, event: &StructureEvent) -> bool {
         if let Some(reason) = self.one_sided(event) {
             let time = self.of.drive().time(event.clock());
             self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
@@ -168,10 +173,12 @@ impl Follower<'_> {
         if let StructureEvent::Chatter(chatter) = event {
             self.rows.chatter = Some(chatter.clock);
         }
-        let StructureEvent::Impact(impact) = event else { return };
+        let StructureEvent::Impact(impact) = event else { return false };
+        let mut is_lost = false;
         let (rows, kept) = (&mut self.rows, impact.clock >= self.span.window);
         self.derivatives.tell(|[before, after], delay| {
             if !kept {
+                is_lost = delay.iter().any(|x| !x.is_finite());
                 return;
             }
             rows.impacts.push((impact.clock.period, impact.time));
@@ -182,6 +189,7 @@ impl Follower<'_> {
             tell(before, &mut rows.before);
             tell(after, &mut rows.after);
         });
+        is_lost
     }
 
     fn one_sided(&self, event: &StructureEvent) -> Option<OneSidedReason> {
