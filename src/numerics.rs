@@ -13,6 +13,7 @@ pub(crate) mod lanes;
 pub(crate) mod majorant;
 pub(crate) mod quadrature;
 pub(crate) mod reciprocals;
+pub(crate) mod repetition;
 
 /// Spacing of floats at 1, twice the unit roundoff.
 pub(crate) const EPS: f64 = f64::EPSILON;

@@ -189,9 +189,9 @@ class Run(RunRecord[System, _core.Run, tuple[float, float, float, float]]):
     def sensitivity(self, *names: str, **directions: Never) -> Sensitivity:
         """Differentiate the run by parameters and its start, exactly, through impacts and contact.
 
-        The motion is followed once more, along its events where the run has kept all; with
-        ``keep=`` it is simulated again, which costs more than the run. Derivatives that
-        ``simulate(..., sensitivity=...)`` was asked for are there. At the instant of an impact
+        Derivatives that ``simulate(..., sensitivity=...)`` was asked for are there. For others the
+        motion is followed once more, along its events where the run has kept all; with ``keep=`` it
+        is simulated again, which costs more than the run. At the instant of an impact
         derivatives jump as the motion does, and the instant itself moves. Where the motion lies on
         a border (a graze, a border of regimes, the onset of chatter) they are those of the side
         that has the run's events; ``one_sided`` of the result lists such events. ``final_state`` of

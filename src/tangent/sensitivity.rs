@@ -14,6 +14,7 @@ mod error;
 mod follow;
 mod impact;
 mod legs;
+mod making;
 mod marks;
 mod models;
 mod repeats;
@@ -36,9 +37,10 @@ pub use structure_legs::StructureLegs;
 pub use table::SensitivityTable;
 
 use by::By;
-use columns::{Columns, Differentiated};
+use columns::Differentiated;
 use follow::{Follower, Told, append};
 use legs::KeptLegs;
+use making::{Follows as _, Making};
 use source::{Kept, Source};
 use span::Span;
 
@@ -286,7 +288,7 @@ pub(crate) fn carried_out<E: From<SensitivityError>>(
     let making = making.map_err(SensitivityError::from)?;
     let span = Span::of_made(&making);
     let follower = Follower::new(&of, initial, span, options.section_phase, (0, 0));
-    let mut work = WithSensitivity { follower, source: Source::made(making), last: None };
+    let mut work = Making::new(follower, Source::made(making));
     carry_out(&mut work)?;
     let (run, told) = work.into_parts()?;
     let found = told.and_then(|told| concluded(&run, of, told));
@@ -295,42 +297,6 @@ pub(crate) fn carried_out<E: From<SensitivityError>>(
 
 /// A run, with its derivatives or why it has none.
 pub(crate) type RunWith<M, L> = (Run<M>, Result<Sensitivity<L>, SensitivityError>);
-
-/// A run in the making that is followed with its derivatives.
-struct WithSensitivity<'a> {
-    follower: Follower<'a>,
-    source: Source<'a>,
-    /// The derivatives at the end, or why there are none.
-    last: Option<Result<Columns, SensitivityError>>,
-}
-
-impl WithSensitivity<'_> {
-    fn into_parts(self) -> Result<(Run, Result<Told, SensitivityError>), SensitivityError> {
-        let told = self.follower.told(self.last.transpose()?);
-        let Source::Made(made) = self.source else { unreachable!("a run in the making") };
-        Ok((made.run.into_run()?, told))
-    }
-}
-
-impl Proceeds for WithSensitivity<'_> {
-    fn proceed(&mut self, cancel: &CancelToken) -> bool {
-        if self.last.is_none() {
-            if let Source::Made(made) = &mut self.source {
-                made.run.proceed_with(cancel);
-            }
-            self.last = self.follower.follow(&mut self.source).transpose();
-        }
-        self.last.is_some()
-    }
-
-    #[cfg(feature = "python")]
-    fn millionths_done(&self) -> usize {
-        match &self.source {
-            Source::Made(made) => made.run.millionths_done(),
-            Source::Kept(_) => 0,
-        }
-    }
-}
 
 /// A system, with what it is differentiated by.
 fn differentiated(system: &System, names: &[String]) -> Result<Differentiated, SensitivityError> {

@@ -103,6 +103,11 @@ impl<M: Recorded> Collection<M> {
         self.simulation.horizon_clock()
     }
 
+    /// Whether the caller has ended the work.
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.simulation.is_cancelled()
+    }
+
     /// Where the simulation is.
     pub(crate) fn checkpoint(&self) -> &CheckpointOf<M> {
         self.simulation.checkpoint()

@@ -6,6 +6,7 @@ use super::columns::{Column, Columns, Differentiated, Here, moves_stop};
 use super::error::SensitivityError;
 use super::impact::FollowedImpact;
 use super::legs::{KeptLegs, SensitiveLeg};
+use super::making::Follows;
 use super::marks::{OneSided, OneSidedReason, one_sided};
 use super::source::{Next, Passed, Source};
 use super::span::Span;
@@ -44,7 +45,7 @@ pub(super) struct Follower<'a> {
     reader: LegReader,
     pub leg: SensitiveLeg,
     /// The instant at which it begins, with all of its digits.
-    began: Clock,
+    pub began: Clock,
     /// The last impacts, if they may lead into chatter.
     low: Option<Bounces>,
     /// u of the last impact, and the largest so far.
@@ -178,35 +179,6 @@ impl<'a> Follower<'a> {
             && near(there.v2, state.v2)
     }
 
-    /// Follows events to the end of the run; returns the derivatives of the state there, or nothing
-    /// if the caller has cancelled. A run in the making can then go on.
-    pub fn follow(&mut self, source: &mut Source) -> Result<Option<Columns>, SensitivityError> {
-        let mut passed = Passed { first: self.span.sections.start, all: Vec::new() };
-        self.looks = matches!(source, Source::Made(_));
-        loop {
-            match self.step(source, &mut passed)? {
-                Step::Goes => {}
-                Step::Ends(columns) => return Ok(Some(columns)),
-                Step::Cancelled => return Ok(None),
-            }
-            if self.plain > 0 {
-                self.plain -= 1;
-                continue;
-            }
-            let after_impact = self.leg.here.departure.slope.is_some() && self.leg.mode.is_none();
-            let apart = after_impact && self.low.is_none();
-            let Some((alike, times)) = source.alike(apart) else { continue };
-            if times < FEWEST_ALIKE {
-                continue;
-            }
-            match self.follow_alike((source, &mut passed), &alike)? {
-                Step::Goes => {}
-                Step::Ends(columns) => return Ok(Some(columns)),
-                Step::Cancelled => return Ok(None),
-            }
-        }
-    }
-
     /// Follows the motion to its next event.
     pub fn step(
         &mut self,
@@ -251,18 +223,6 @@ impl<'a> Follower<'a> {
     fn at(&self, clock: Clock) -> Result<Columns, SensitivityError> {
         let (columns, rates) = self.leg.at(self.of, clock, None)?;
         Ok(self.of.at_fixed_time(columns, &rates, clock))
-    }
-
-    /// What it tells, from what following has come to; of a motion that was cancelled up to its last event.
-    pub fn told(mut self, last: Option<Columns>) -> Result<Told, SensitivityError> {
-        let until = last.is_none().then_some(self.leg.time);
-        let last = if let Some(columns) = last {
-            columns
-        } else {
-            self.keep_leg(self.leg.here.clock);
-            self.at(self.leg.here.clock)?
-        };
-        Ok(Told { rows: self.rows, looks: self.looks, last, until })
     }
 
     fn section(&mut self, clock: Clock, state: &State) -> Result<(), SensitivityError> {
@@ -428,6 +388,50 @@ impl<'a> Follower<'a> {
             column[1] -= slip_rate * impulse;
             column[2] += contact.mobility * impulse;
         }
+    }
+}
+
+impl<'a> Follows for Follower<'a> {
+    type Source = Source<'a>;
+    type Last = Columns;
+    type Told = Told;
+
+    fn follow(&mut self, source: &mut Source) -> Result<Option<Columns>, SensitivityError> {
+        let mut passed = Passed { first: self.span.sections.start, all: Vec::new() };
+        self.looks = matches!(source, Source::Made(_));
+        loop {
+            match self.step(source, &mut passed)? {
+                Step::Goes => {}
+                Step::Ends(columns) => return Ok(Some(columns)),
+                Step::Cancelled => return Ok(None),
+            }
+            if self.plain > 0 {
+                self.plain -= 1;
+                continue;
+            }
+            let after_impact = self.leg.here.departure.slope.is_some() && self.leg.mode.is_none();
+            let apart = after_impact && self.low.is_none();
+            let Some((alike, times)) = source.alike(apart) else { continue };
+            if times < FEWEST_ALIKE {
+                continue;
+            }
+            match self.follow_alike((source, &mut passed), &alike)? {
+                Step::Goes => {}
+                Step::Ends(columns) => return Ok(Some(columns)),
+                Step::Cancelled => return Ok(None),
+            }
+        }
+    }
+
+    fn told(mut self, last: Option<Columns>) -> Result<Told, SensitivityError> {
+        let until = last.is_none().then_some(self.leg.time);
+        let last = if let Some(columns) = last {
+            columns
+        } else {
+            self.keep_leg(self.leg.here.clock);
+            self.at(self.leg.here.clock)?
+        };
+        Ok(Told { rows: self.rows, looks: self.looks, last, until })
     }
 }
 

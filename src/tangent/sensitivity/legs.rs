@@ -3,7 +3,7 @@
 use super::columns::{Column, Columns, Differentiated, Here};
 use super::error::SensitivityError;
 use super::impact::FollowedImpact;
-use super::table::{Cycles, first_not};
+use super::table::{Cycles, Later, first_not};
 use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
 use crate::simulate::event::Event;
@@ -57,16 +57,15 @@ pub(super) struct RepeatedLegs {
     pub begins: Vec<Clock>,
     /// The first that is kept of all legs of all cycles.
     pub first: usize,
-    /// Drive periods of a cycle.
-    pub periods: i64,
+    pub later: Later,
     /// The columns, four rows for each leg.
     pub columns: Cycles,
 }
 
 impl Repeated {
-    /// How many drive periods after the same one in the first cycle a leg comes.
+    /// How many drive periods after the same one in the cycle that was followed a leg comes.
     fn later(&self, place: usize) -> i64 {
-        (place / self.legs.len()) as i64 * self.of.periods
+        self.of.later.of(place / self.legs.len())
     }
 
     /// When a leg begins.

@@ -4,14 +4,15 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::columns::{Column, counted};
+use super::columns::{Column, Columns, counted};
 use super::error::SensitivityError;
 use super::follow::{Follower, Step};
 use super::legs::RepeatedLegs;
 use super::marks::OneSided;
 use super::source::{Alike, Passed, Source};
-use super::table::{Cycles, Growing, first_not};
+use super::table::{Cycles, Growing, Later, first_not};
 use crate::model::state::Clock;
+use crate::numerics::repetition::applied;
 
 /// Components of a state: by each, a column of the basis.
 const COMPONENTS: usize = 4;
@@ -53,7 +54,15 @@ impl Follower<'_> {
             Step::Ends(_) => Some(0),
             Step::Cancelled => None,
         };
-        let Some(times) = times else {
+        // Of cycles before the window nothing is told but what comes after them.
+        let after = |times: i64| {
+            let (map, early) = (&one.leg.here.columns, self.early(&one, alike.periods).min(times));
+            let apply = |here: &mut Columns| *here = mapped(map, here).collect();
+            let here = self.leg.here.columns.clone();
+            let here = applied(here, early.unsigned_abs(), apply, || !source.is_cancelled())?;
+            Some((times, early, here))
+        };
+        let Some((times, early, mut here)) = times.and_then(after) else {
             // So that it can go on from here, however short its parts are.
             *source = saved;
             passed.all.clear();
@@ -61,11 +70,11 @@ impl Follower<'_> {
             return Ok(Step::Cancelled);
         };
         let map = &one.leg.here.columns;
-        let mut here = std::mem::take(&mut self.leg.here.columns);
-        let mut starts = Vec::with_capacity((times.unsigned_abs() as usize + 1) * 4 * here.len());
+        let told = times - early;
+        let mut starts = Vec::with_capacity((told.unsigned_abs() as usize + 1) * 4 * here.len());
         starts.extend_from_slice(here.as_flattened());
         let mut next = here.clone();
-        for _ in 0..times {
+        for _ in 0..told {
             next.iter_mut().zip(mapped(map, &here)).for_each(|(next, column)| *next = column);
             std::mem::swap(&mut here, &mut next);
             starts.extend_from_slice(here.as_flattened());
@@ -73,7 +82,7 @@ impl Follower<'_> {
         if matches!(step, Step::Goes) {
             next = mapped(map, &here).collect();
         }
-        self.repeat(&mut one, &Arc::new(starts), alike.periods);
+        self.repeat(&mut one, &Arc::new(starts), Later { early, periods: alike.periods });
         if let Step::Ends(columns) = step {
             return Ok(Step::Ends(mapped(&columns, &here).collect()));
         }
@@ -81,42 +90,46 @@ impl Follower<'_> {
         Ok(step)
     }
 
-    /// Takes the events of cycles of so many drive periods each, one of which was followed, from these
+    /// How many cycles end a drive period or more before the window: this one, and those after it.
+    fn early(&self, one: &Follower, periods: i64) -> i64 {
+        ((self.span.window.period - 1 - one.began.period) / periods).max(0)
+    }
+
+    /// Takes the events of cycles, one of which was followed: some before the window, and those from these
     /// columns at their starts.
-    fn repeat(&mut self, one: &mut Follower, starts: &Arc<Vec<f64>>, periods: i64) {
+    fn repeat(&mut self, one: &mut Follower, starts: &Arc<Vec<f64>>, later: Later) {
         let drive = &self.of.model.motion.drive;
         let Some(instants) = one.instants.take() else { return };
         let k = self.of.by.len();
         let cycles = starts.len() / (COMPONENTS * k);
-        let later = |cycle: usize| cycle as i64 * periods;
         // Of things that come so many times in each cycle, one after the other: the first that is not so.
         let first_not = |count: usize, is: &dyn Fn(usize, i64) -> bool| {
-            first_not(0..count * cycles, |place| is(place % count, later(place / count)))
+            first_not(0..count * cycles, |place| is(place % count, later.of(place / count)))
         };
         let then = |clock: &Clock, later: i64| Clock { period: clock.period + later, ..*clock };
         let window = self.span.window;
         let rows = &mut self.rows;
-        let events = instants.events.len();
+        let (events, early) = (instants.events.len() as i64, later.early);
         if !instants.marks.is_empty() {
-            for cycle in 0..cycles {
-                let before = rows.events + (cycle * events) as i64;
+            for cycle in 0..early + cycles as i64 {
+                let before = rows.events + cycle * events;
                 let marks = instants.marks.iter().zip(&one.rows.one_sided);
                 rows.one_sided.extend(marks.map(|(clock, mark)| {
-                    let time = drive.time(then(clock, later(cycle)));
+                    let time = drive.time(then(clock, cycle * later.periods));
                     OneSided { index: before + mark.index, time, ..*mark }
                 }));
             }
         }
         let earlier = |i: usize, later: i64| then(&instants.events[i], later) < window;
-        rows.earlier += first_not(events, &earlier) as i64;
-        rows.events += (cycles * events) as i64;
+        rows.earlier += early * events + first_not(instants.events.len(), &earlier) as i64;
+        rows.events += (early + cycles as i64) * events;
 
         let impacts = instants.impacts.len();
         let earlier = |i: usize, later: i64| then(&instants.impacts[i], later) < window;
         let first = first_not(impacts, &earlier);
         if self.looks {
             rows.impacts.extend((first..impacts * cycles).map(|place| {
-                let clock = then(&instants.impacts[place % impacts], later(place / impacts));
+                let clock = then(&instants.impacts[place % impacts], later.of(place / impacts));
                 (clock.period, drive.time(clock))
             }));
         }
@@ -124,7 +137,7 @@ impl Follower<'_> {
             |of: &[f64], rows: Range<usize>| Cycles::new(of, (COMPONENTS, k), starts).among(rows);
         let all = impacts * cycles;
         let rates = |column| vec![(column, self.of.period_rate())];
-        let growing = self.of.late().map(|column| Growing { periods, rates: rates(column) });
+        let growing = self.of.late().map(|column| Growing { later, rates: rates(column) });
         let times = table(one.rows.times.followed(), first..all);
         rows.times.repeat(times.growing(growing));
         rows.before.repeat(table(one.rows.before.followed(), 4 * first..4 * all));
@@ -142,7 +155,7 @@ impl Follower<'_> {
         let cycle = std::mem::take(&mut one.rows.legs);
         let all = 4 * first..4 * legs.len() * cycles;
         let columns = table(cycle.rows(), all);
-        rows.legs.repeat(cycle, RepeatedLegs { begins, first, periods, columns });
+        rows.legs.repeat(cycle, RepeatedLegs { begins, first, later, columns });
     }
 }
 
@@ -314,6 +327,24 @@ mod tests {
                 let along = |of: &Sensitivity| of.trajectory(&times).unwrap().unwrap();
                 assert_same(&along(&found), &along(&all_of_it));
             }
+        }
+    }
+
+    #[test]
+    fn cycles_before_a_window_are_not_followed_one_by_one() {
+        let start = State { x1: 0.0, v1: 0.5, x2: 0.0, v2: 0.0 };
+        let names = ["gap", "v1", "friction"].map(String::from);
+        let never = CancelToken::never();
+        for system in motions() {
+            // More than any memory has room for.
+            let [few, many] = [PERIODS, 1_000_000_000_000].map(|periods| {
+                let options =
+                    RunOptions { max_events: i64::MAX as u64, ..RunOptions::periods(periods) };
+                let options = options.keep(5);
+                run_with_sensitivity(&system, start, options, &names, &never).unwrap().1
+            });
+            assert_same(&many.stroboscopic, &few.stroboscopic);
+            assert_same(&many.final_state, &few.final_state);
         }
     }
 }

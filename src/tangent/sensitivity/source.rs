@@ -2,6 +2,7 @@
 //! making. Both know where the motion repeats to the last bit.
 
 use super::impact::FollowedImpact;
+use super::making::Events;
 use crate::contact::sustained::{ContactForce, ContactMode};
 use crate::model::error::SimulationError;
 use crate::model::parameters::System;
@@ -53,16 +54,16 @@ impl Next {
 #[derive(Clone)]
 pub(super) enum Source<'a> {
     /// As they are found while the run is made, and what has been found that the motion repeats.
-    Made(Box<Making>),
+    Made(Box<Made>),
     /// As they are kept.
     Kept(Kept<'a>),
 }
 
 /// A run in the making, and what has been found to repeat.
 #[derive(Clone)]
-pub(super) struct Making {
-    pub run: Collection,
-    pub cycle: Option<Cycle>,
+pub(super) struct Made {
+    run: Collection,
+    cycle: Option<Cycle>,
 }
 
 /// The events that a run keeps.
@@ -211,10 +212,35 @@ impl<'a> Kept<'a> {
     }
 }
 
+impl Events for Source<'_> {
+    type Model = System;
+
+    #[cfg(feature = "python")]
+    fn made(&self) -> Option<&Collection> {
+        if let Self::Made(made) = self { Some(&made.run) } else { None }
+    }
+
+    fn made_mut(&mut self) -> Option<&mut Collection> {
+        if let Self::Made(made) = self { Some(&mut made.run) } else { None }
+    }
+
+    fn into_made(self) -> Option<Collection> {
+        if let Self::Made(made) = self { Some(made.run) } else { None }
+    }
+}
+
 impl Source<'_> {
     /// A run in the making.
     pub fn made(run: Collection) -> Self {
-        Self::Made(Box::new(Making { run, cycle: None }))
+        Self::Made(Box::new(Made { run, cycle: None }))
+    }
+
+    /// Whether the caller has ended the work.
+    pub fn is_cancelled(&self) -> bool {
+        match self {
+            Self::Made(made) => made.run.is_cancelled(),
+            Self::Kept(kept) => kept.cancel.is_cancelled(),
+        }
     }
 
     /// The next event, and whether impacts were skipped on the way to it.
@@ -254,7 +280,7 @@ impl Source<'_> {
     pub fn alike(&mut self, apart: bool) -> Option<(Alike, i64)> {
         match self {
             Self::Made(made) => {
-                let Making { run, cycle } = &mut **made;
+                let Made { run, cycle } = &mut **made;
                 *cycle = run.found_to_repeat().or(*cycle);
                 let cycle = cycle.take_if(|_| apart)?;
                 let (events, periods) = (usize::try_from(cycle.events).ok()?, cycle.periods);

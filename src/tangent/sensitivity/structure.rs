@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::error::SensitivityError;
+use super::making::{Follows, Making};
 use super::span::Span;
 use super::structure_follower::{Follower, Rows, Turn};
 use super::structure_kept::Kept;
@@ -20,9 +21,11 @@ use crate::simulate::run::{Collection, Proceeds, Run, RunOptions, StopImpactReco
 use crate::tangent::structure::{Linearised, Perturbed};
 use crate::tangent::tolerances::SAME_TIME;
 
-impl Follower<'_> {
-    /// To the end of the run: derivatives of the state there, or nothing if the caller has cancelled. A run
-    /// in the making can then go on.
+impl<'a> Follows for Follower<'a> {
+    type Source = Source<'a>;
+    type Last = DMatrix<f64>;
+    type Told = Told;
+
     fn follow(&mut self, source: &mut Source) -> Result<Option<DMatrix<f64>>, SensitivityError> {
         if self.legs.is_empty() {
             self.leg(source);
@@ -48,8 +51,6 @@ impl Follower<'_> {
         }
     }
 
-    /// What there is to tell of a motion, from what following has come to; of one that was cancelled up to
-    /// its last leg.
     fn told(self, last: Option<DMatrix<f64>>) -> Result<Told, SensitivityError> {
         let Self { of, legs, rows, derivatives: blank, .. } = self;
         let (last, until) = match (last, legs.last()) {
@@ -157,49 +158,11 @@ pub(crate) fn carried_out<E: From<SensitivityError>>(
     let making = Collection::told(structure, initial, options, options.kept());
     let making = making.map_err(SensitivityError::from)?;
     let follower = along.follower(Span::of_made(&making), options.section_phase, (0, 0));
-    let mut work = WithSensitivity { follower, source: Source::made(making), last: None };
+    let mut work = Making::new(follower, Source::made(making));
     carry_out(&mut work)?;
     let (run, told) = work.into_parts()?;
     let found = told.and_then(|told| along.concluded(&run, told));
     Ok((run, found))
-}
-
-/// A run in the making that is followed with its derivatives.
-struct WithSensitivity<'a> {
-    follower: Follower<'a>,
-    source: Source<'a>,
-    /// The derivatives at the end, or why there are none.
-    last: Option<Result<DMatrix<f64>, SensitivityError>>,
-}
-
-impl WithSensitivity<'_> {
-    fn into_parts(
-        self,
-    ) -> Result<(Run<Structure>, Result<Told, SensitivityError>), SensitivityError> {
-        let told = self.follower.told(self.last.transpose()?);
-        let Source::Made(made) = self.source else { unreachable!("a run in the making") };
-        Ok((made.run.into_run()?, told))
-    }
-}
-
-impl Proceeds for WithSensitivity<'_> {
-    fn proceed(&mut self, cancel: &CancelToken) -> bool {
-        if self.last.is_none() {
-            if let Source::Made(made) = &mut self.source {
-                made.run.proceed_with(cancel);
-            }
-            self.last = self.follower.follow(&mut self.source).transpose();
-        }
-        self.last.is_some()
-    }
-
-    #[cfg(feature = "python")]
-    fn millionths_done(&self) -> usize {
-        match &self.source {
-            Source::Made(made) => made.run.millionths_done(),
-            Source::Kept(_) => 0,
-        }
-    }
 }
 
 /// What a run is differentiated along.
@@ -211,7 +174,7 @@ struct Along {
 }
 
 /// What is told of a motion.
-struct Told {
+pub(super) struct Told {
     rows: Rows,
     legs: Vec<SensitiveLeg>,
     /// None of the derivatives.

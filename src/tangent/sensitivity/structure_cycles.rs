@@ -12,9 +12,11 @@ use super::marks::OneSided;
 use super::structure_follower::{Follower, Rows, Turn};
 use super::structure_legs::{Cycled, Cycles, From, SensitiveLeg};
 use super::structure_source::{Alike, Source};
-use super::table::{self, Growing, SensitivityTable};
+use super::table::{self, Growing, Later, SensitivityTable};
+use crate::flight::Drive;
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, Variation};
+use crate::numerics::repetition::applied;
 use crate::simulate::AnchorOf;
 use crate::tangent::structure::{Linearised, Perturbed};
 
@@ -77,10 +79,7 @@ impl Follower<'_> {
                 return None;
             };
             if turn == Turn::Cancelled {
-                // So that it can go on from here, however short its parts are.
-                *source = saved;
-                self.plain = alike.events;
-                return Some(turn);
+                return Some(self.leave(source, saved, alike));
             }
             if turn != Turn::Over || (source.events() >= events && source.begins_flight()) {
                 break turn;
@@ -94,8 +93,12 @@ impl Follower<'_> {
             // That is the first of the next cycle.
             one.legs.pop();
         }
-        self.span.end = one.span.end;
-        self.take_cycles(one.into_cycle(), unit, (times, alike.periods));
+        let (end, goes_on) = (one.span.end, || !source.is_cancelled());
+        let all = (start.clock, times, alike.periods);
+        if !self.take_cycles(one.into_cycle(), unit, all, goes_on) {
+            return Some(self.leave(source, saved, alike));
+        }
+        self.span.end = end;
         if turn == Turn::Over {
             source.pass(alike, times);
             self.derivatives.begin_at(source.anchor().clock);
@@ -104,43 +107,67 @@ impl Follower<'_> {
         Some(turn)
     }
 
-    /// Takes a cycle that has been followed, and so many more.
-    pub(super) fn take_cycles(
+    /// Leaves the motion at the start of a cycle, as the caller has cancelled the rest.
+    fn leave<'a>(&mut self, source: &mut Source<'a>, saved: Source<'a>, alike: &Alike) -> Turn {
+        *source = saved;
+        // So that it can go on from here, however short its parts are.
+        self.plain = alike.events;
+        Turn::Cancelled
+    }
+
+    /// Takes a cycle that has been followed, from its start at this instant, and so many more; whether
+    /// `goes_on` has not ended it.
+    fn take_cycles(
         &mut self,
         (rows, legs, map): OfCycle,
         unit: Perturbed,
-        (times, periods): (i64, i64),
-    ) {
+        (clock, times, periods): (Clock, i64, i64),
+        goes_on: impl Fn() -> bool,
+    ) -> bool {
         let shape @ (count, width) = self.derivatives.columns().shape();
+        let after =
+            |start: &DMatrix<f64>| map.columns(0, count) * start + map.columns(count, width);
+        let next = clock.period + (times + 1) * periods;
+        if times > 0 && next < self.span.window.period {
+            // Of cycles before the window nothing is told but what comes after them.
+            let here = self.derivatives.columns().clone();
+            let apply = |here: &mut DMatrix<f64>| *here = after(here);
+            let Some(here) = applied(here, times.unsigned_abs() + 1, apply, goes_on) else {
+                return false;
+            };
+            *self.derivatives.columns_mut() = here;
+            self.rows.take_cycles(&rows, (times + 1, periods), self.of.drive());
+            return true;
+        }
         let mut starts = Vec::new();
         for _ in 0..=times {
             let start = self.derivatives.columns();
             starts.extend_from_slice(start.as_slice());
-            let next = map.columns(0, count) * start + map.columns(count, width);
-            *self.derivatives.columns_mut() = next;
+            *self.derivatives.columns_mut() = after(start);
+        }
+        let drive = self.of.drive();
+        self.rows.take_cycles(&rows, (times + 1, periods), drive);
+        if legs.is_empty() {
+            return true;
         }
         let starts = Arc::new(starts);
         let table = |of: &SensitivityTable| table::Cycles::new(of.followed(), shape, &starts);
         let all = &mut self.rows;
-        let growing = self.of.later(1).map(|later| {
-            let rates = later.iter().copied().enumerate().filter(|&(_, rate)| rate != 0.0);
-            Growing { periods, rates: rates.collect() }
+        let growing = self.of.later(1).map(|rates| {
+            let rates = rates.iter().copied().enumerate().filter(|&(_, rate)| rate != 0.0);
+            Growing { later: Later { early: 0, periods }, rates: rates.collect() }
         });
         all.times.repeat(table(&rows.times).growing(growing));
         all.before.repeat(table(&rows.before));
         all.after.repeat(table(&rows.after));
         all.stroboscopic.repeat(table(&rows.stroboscopic));
-        let drive = self.of.drive();
-        for later in (0..=times).map(|time| time * periods) {
-            all.take_cycle(&rows, (later, drive.period.hi * later as f64));
-        }
-        let Some(&SensitiveLeg { time, clock, .. }) = legs.first() else { return };
         if self.legs.last().is_some_and(|last| last.clock == clock) {
             self.legs.pop();
         }
         let of = Arc::new(Cycles { legs, unit, periods, starts, shape });
         let from = From::Cycled(Cycled { of, cycle: 0, place: 0 });
-        self.legs.push(SensitiveLeg { time, clock, from });
+        self.legs.push(SensitiveLeg { time: drive.time(clock), clock, from });
+        true
     }
 }
 
@@ -152,17 +179,25 @@ fn later(anchor: &AnchorOf<Structure>, periods: i64) -> AnchorOf<Structure> {
 }
 
 impl Rows {
-    /// What is told of a cycle beside the tables, so much later than of the first.
-    fn take_cycle(&mut self, one: &Rows, (periods, time): (i64, f64)) {
-        self.impacts.extend(one.impacts.iter().map(|&(period, at)| (period + periods, at + time)));
-        self.one_sided.extend(one.one_sided.iter().map(|at| OneSided {
-            index: at.index + self.events,
-            time: at.time + time,
-            ..*at
-        }));
-        self.events += one.events;
-        self.earlier += one.earlier;
-        let chatter = one.chatter.map(|at| Clock { period: at.period + periods, ..at });
+    /// What is told of so many cycles, one after another, beside the tables.
+    fn take_cycles(&mut self, one: &Rows, (cycles, periods): (i64, i64), drive: &Drive) {
+        let time = |cycle: i64| drive.period.hi * (cycle * periods) as f64;
+        let is_told = !(one.impacts.is_empty() && one.one_sided.is_empty());
+        for cycle in 0..if is_told { cycles } else { 0 } {
+            let (later, time) = (cycle * periods, time(cycle));
+            let before = self.events + cycle * one.events;
+            let impacts = one.impacts.iter();
+            self.impacts.extend(impacts.map(|&(period, at)| (period + later, at + time)));
+            self.one_sided.extend(one.one_sided.iter().map(|at| OneSided {
+                index: at.index + before,
+                time: at.time + time,
+                ..*at
+            }));
+        }
+        self.events += cycles * one.events;
+        self.earlier += cycles * one.earlier;
+        let later = (cycles - 1) * periods;
+        let chatter = one.chatter.map(|at| Clock { period: at.period + later, ..at });
         self.chatter = chatter.or(self.chatter);
     }
 }
@@ -383,6 +418,26 @@ mod tests {
             let (found, other) = (of(&bare), of(&all));
             assert_same(&found.stroboscopic, &other.stroboscopic);
             assert_same(&found.final_state, &other.final_state);
+        }
+    }
+
+    #[test]
+    fn cycles_before_a_window_are_not_followed_one_by_one() {
+        let never = CancelToken::never();
+        for structure in motions() {
+            let by = |name: &str| (name.to_owned(), Variation::named(name, &structure).unwrap());
+            let by = ["gap", "v_0", "stiffness[0, 1]"].map(by).to_vec();
+            // More than any memory has room for.
+            let [few, many] = [PERIODS, 1_000_000_000_000].map(|periods| {
+                let options =
+                    RunOptions { max_events: i64::MAX as u64, ..RunOptions::periods(periods) };
+                let options = options.keep(5);
+                structure_run_with_sensitivity(&structure, start(), options, by.clone(), &never)
+                    .unwrap()
+                    .1
+            });
+            assert_same(&many.stroboscopic, &few.stroboscopic);
+            assert_same(&many.final_state, &few.final_state);
         }
     }
 }

@@ -113,6 +113,11 @@ impl<'a> Kept<'a> {
         self.silent == 0
     }
 
+    /// Whether the caller has ended the work.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
+    }
+
     /// How many whole cycles there are from here on.
     pub fn cycles_left(&self) -> i64 {
         let left = |copies: &Copies| (copies.end() - self.events) / copies.events;

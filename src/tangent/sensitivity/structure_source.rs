@@ -1,6 +1,7 @@
 //! Where the events of a run of a structure, and the legs between them, come from: from what the run has
 //! kept, where that is all of them, or from a run in the making.
 
+use super::making::Events;
 use super::structure_kept::Kept;
 use crate::model::error::SimulationError;
 use crate::model::structure::{Structure, StructureState};
@@ -20,7 +21,7 @@ pub(super) enum Source<'a> {
 /// A run in the making, and what has been found to repeat.
 #[derive(Clone)]
 pub(super) struct Made {
-    pub run: Collection<Structure>,
+    run: Collection<Structure>,
     cycle: Option<Cycle>,
     /// The leg before the last turn.
     before: AnchorOf<Structure>,
@@ -42,6 +43,23 @@ impl Observer<StructureState> for Passed<'_> {
 
     fn section(&mut self, k: i64, _: &StructureState) {
         self.0.push(k);
+    }
+}
+
+impl Events for Source<'_> {
+    type Model = Structure;
+
+    #[cfg(feature = "python")]
+    fn made(&self) -> Option<&Collection<Structure>> {
+        if let Self::Made(made) = self { Some(&made.run) } else { None }
+    }
+
+    fn made_mut(&mut self) -> Option<&mut Collection<Structure>> {
+        if let Self::Made(made) = self { Some(&mut made.run) } else { None }
+    }
+
+    fn into_made(self) -> Option<Collection<Structure>> {
+        if let Self::Made(made) = self { Some(made.run) } else { None }
     }
 }
 
@@ -73,6 +91,14 @@ impl Source<'_> {
         match self {
             Self::Made(made) => made.run.checkpoint().skips(),
             Self::Kept(kept) => kept.skips(),
+        }
+    }
+
+    /// Whether the caller has ended the work.
+    pub fn is_cancelled(&self) -> bool {
+        match self {
+            Self::Made(made) => made.run.is_cancelled(),
+            Self::Kept(kept) => kept.is_cancelled(),
         }
     }
 

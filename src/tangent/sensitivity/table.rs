@@ -44,10 +44,26 @@ pub(super) struct Cycles {
     growing: Option<Growing>,
 }
 
-/// Columns that grow with the drive periods: those of a cycle, and how much with each.
+/// How much later than the one that was followed cycles come.
+#[derive(Clone, Copy)]
+pub(super) struct Later {
+    /// How many of them come before the first that is told.
+    pub early: i64,
+    /// Drive periods of each.
+    pub periods: i64,
+}
+
+impl Later {
+    /// In drive periods, of one of those that are told.
+    pub fn of(self, cycle: usize) -> i64 {
+        (self.early + cycle as i64) * self.periods
+    }
+}
+
+/// Columns that grow with the drive periods, and how much with each.
 #[derive(Clone)]
 pub(super) struct Growing {
-    pub periods: i64,
+    pub later: Later,
     /// By column.
     pub rates: Vec<(usize, f64)>,
 }
@@ -216,9 +232,9 @@ impl Cycles {
             let (these, after) = rest.split_at_mut((last - first) * width);
             let start = &starts[cycle * components * width..][..components * width];
             narrow(Write { sums: one, start, rows: first..last, to: &mut *these });
-            if let Some(Growing { periods, rates }) = growing {
+            if let Some(Growing { later, rates }) = growing {
                 for &(column, rate) in rates {
-                    let more = (cycle as i64 * periods) as f64 * rate;
+                    let more = later.of(cycle) as f64 * rate;
                     these.iter_mut().skip(column).step_by(width).for_each(|number| *number += more);
                 }
             }
