@@ -18,7 +18,7 @@ from .arguments import reject, times_of
 from .errors import Interrupted
 from .interruption import interruptible
 from .run_parts import read_only
-from .showing import Facts, Shown, counted
+from .showing import Facts, Shown, counted, in_a_line
 
 
 class ImpactSensitivity(NamedTuple):
@@ -93,6 +93,10 @@ class OneSided:
     index: int
     time: float
     reason: str
+
+
+def _where(mark: OneSided) -> str:
+    return f"{mark.reason} at {mark.time:.6g}"
 
 
 class _Core(Protocol):
@@ -193,7 +197,10 @@ class Sensitivity(Shown):
 
     @cached_property
     def one_sided(self) -> tuple[OneSided, ...]:
-        """The events from which on the derivatives are one-sided; empty, and so false, if none."""
+        """The events from which on the derivatives are one-sided; empty, and so false, if none.
+
+        Of those before the kept window the first for each reason, with -1 as its index.
+        """
         found = self._core.one_sided
         return tuple(OneSided(index=at, time=time, reason=why) for at, time, why in found)
 
@@ -239,8 +246,7 @@ class Sensitivity(Shown):
             "by": ", ".join(self._names),
             "impacts": len(self.impacts.time),
             "sections": len(self.stroboscopic),
-            "one-sided from": ", ".join(f"{at.reason} at {at.time:.6g}" for at in self.one_sided)
-            or "nowhere",
+            "one-sided from": in_a_line(self.one_sided, _where) or "nowhere",
         }
 
     def __eq__(self, other: object) -> bool:

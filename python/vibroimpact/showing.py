@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from .hints import meant_of_object
@@ -68,12 +68,14 @@ def counted(number: int, what: str, *, ending: str = "s") -> str:
     return f"{number} {what}{'' if number == 1 else ending}"
 
 
-# Numbers of an array in a table.
+# Of many things in a line of a table.
 _MOST_SHOWN = 8
 
 
-def in_a_line(numbers: NDArray[np.float64]) -> str:
-    """Return the first numbers of an array as a table tells them, and how many more there are."""
-    shown = ", ".join(f"{each:.6g}" for each in numbers[:_MOST_SHOWN])
-    more = len(numbers) - _MOST_SHOWN
+def in_a_line(
+    things: Sequence[Any] | NDArray[Any], tell: Callable[[Any], str] = "{:.6g}".format
+) -> str:
+    """Return the first of some numbers, or things, as a table tells them; and how many more."""
+    shown = ", ".join(tell(each) for each in things[:_MOST_SHOWN])
+    more = len(things) - _MOST_SHOWN
     return f"{shown} and {more} more" if more > 0 else shown

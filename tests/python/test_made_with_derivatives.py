@@ -212,6 +212,28 @@ def test_a_list_of_names_is_refused_as_of_any_run():
             run.sensitivity(["gap"])
 
 
+def test_borders_before_the_window_are_told_once():
+    # The mass that strikes never slips: friction is on a border at each impact.
+    apart = vi.Structure(
+        mass=np.eye(2),
+        stiffness=np.eye(2),
+        stops=[vi.Stop([1, 0], 0.3, 0.6, friction=0.2, tangent=[0, 1])],
+        damping_ratios=[0.05, 0.05],
+        drive_amplitude=[1, 0],
+        drive_frequency=1.2,
+    )
+    # They are as many as no memory has room for.
+    given = {"initial": [[0, 0], [0, 0]], "periods": 10**12, "keep": 9, "max_events": 10**15}
+    run = vi.simulate(apart, **given, sensitivity="gap")
+    first, *others = run.sensitivity("gap").one_sided
+    assert (first.index, first.reason) == (-1, "regime_border")
+    assert first.time < apart.drive_period
+    assert [mark.index for mark in others] == list(range(len(run.impacts)))
+    assert f"and {len(others) - 7} more" in run.sensitivity("gap")._repr_html_()
+    whole = vi.simulate(apart, initial=[[0, 0], [0, 0]], periods=50)
+    assert len(whole.sensitivity("gap").one_sided) == len(whole.impacts)
+
+
 def test_progress_is_told(capsys):
     given = {"initial": START, "periods": 3000, "keep": 3, "sensitivity": "gap"}
     vi.simulate(SYSTEMS["chaos"], **given, progress=True)

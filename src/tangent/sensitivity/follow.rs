@@ -7,7 +7,7 @@ use super::error::SensitivityError;
 use super::impact::FollowedImpact;
 use super::legs::{KeptLegs, SensitiveLeg};
 use super::making::Follows;
-use super::marks::{OneSided, OneSidedReason, one_sided};
+use super::marks::{OneSided, OneSidedReason, note, one_sided};
 use super::source::{Next, Passed, Source};
 use super::span::Span;
 use super::table::SensitivityTable;
@@ -301,7 +301,8 @@ impl<'a> Follower<'a> {
     /// Derivatives are one-sided from the next event on; of several reasons the first one says it.
     fn mark(&mut self, (clock, time): (Clock, f64), reason: OneSidedReason) {
         if self.rows.one_sided.last().is_none_or(|last| last.time != time) {
-            self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
+            let mark = OneSided { index: self.rows.events, time, reason };
+            note(&mut self.rows.one_sided, mark, clock < self.span.window);
             if let Some(instants) = &mut self.instants {
                 instants.marks.push(clock);
             }

@@ -62,12 +62,21 @@ impl OneSidedReason {
 /// An event from which on derivatives are one-sided.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OneSided {
-    /// Row of the event among those of the run; -1 for one before the window.
+    /// Row of the event among those of the run; -1 for one before the window, the first with its reason.
     pub index: i64,
     /// Its time.
     pub time: f64,
     /// Why.
     pub reason: OneSidedReason,
+}
+
+/// Takes note of an event; of those before the window only the first with each reason, so that however many
+/// these are they take no memory.
+pub(super) fn note(all: &mut Vec<OneSided>, event: OneSided, is_early: bool) {
+    // Those so far are then early, too.
+    if !(is_early && all.iter().any(|other| other.reason == event.reason)) {
+        all.push(event);
+    }
 }
 
 /// Why derivatives are one-sided from this event on, if they are; `at_start`: nothing has come before.

@@ -8,7 +8,7 @@ use super::columns::{Column, Columns, counted};
 use super::error::SensitivityError;
 use super::follow::{Follower, Step};
 use super::legs::RepeatedLegs;
-use super::marks::OneSided;
+use super::marks::{OneSided, note};
 use super::source::{Alike, Passed, Source};
 use super::table::{Cycles, Growing, Later, first_not};
 use crate::model::state::Clock;
@@ -111,13 +111,15 @@ impl Follower<'_> {
         let rows = &mut self.rows;
         let (events, early) = (instants.events.len() as i64, later.early);
         if !instants.marks.is_empty() {
-            for cycle in 0..early + cycles as i64 {
+            // Of the early ones, the others say nothing that the first does not.
+            for cycle in (0..early.min(1)).chain(early..early + cycles as i64) {
                 let before = rows.events + cycle * events;
-                let marks = instants.marks.iter().zip(&one.rows.one_sided);
-                rows.one_sided.extend(marks.map(|(clock, mark)| {
-                    let time = drive.time(then(clock, cycle * later.periods));
-                    OneSided { index: before + mark.index, time, ..*mark }
-                }));
+                for (clock, mark) in instants.marks.iter().zip(&one.rows.one_sided) {
+                    let clock = then(clock, cycle * later.periods);
+                    let (index, time) = (before + mark.index, drive.time(clock));
+                    let mark = OneSided { index, time, ..*mark };
+                    note(&mut rows.one_sided, mark, clock < window);
+                }
             }
         }
         let earlier = |i: usize, later: i64| then(&instants.events[i], later) < window;

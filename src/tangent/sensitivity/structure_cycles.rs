@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::marks::OneSided;
+use super::marks::{OneSided, note};
 use super::structure_follower::{Follower, Rows, Turn};
 use super::structure_legs::{Cycled, Cycles, From, SensitiveLeg};
 use super::structure_source::{Alike, Source};
@@ -182,17 +182,17 @@ impl Rows {
     /// What is told of so many cycles, one after another, beside the tables.
     fn take_cycles(&mut self, one: &Rows, (cycles, periods): (i64, i64), drive: &Drive) {
         let time = |cycle: i64| drive.period.hi * (cycle * periods) as f64;
-        let is_told = !(one.impacts.is_empty() && one.one_sided.is_empty());
-        for cycle in 0..if is_told { cycles } else { 0 } {
+        // Of cycles before the window, the others say nothing that the first does not.
+        let told = if one.earlier < one.events { cycles } else { 1 };
+        for cycle in 0..told {
             let (later, time) = (cycle * periods, time(cycle));
             let before = self.events + cycle * one.events;
             let impacts = one.impacts.iter();
             self.impacts.extend(impacts.map(|&(period, at)| (period + later, at + time)));
-            self.one_sided.extend(one.one_sided.iter().map(|at| OneSided {
-                index: at.index + before,
-                time: at.time + time,
-                ..*at
-            }));
+            for at in &one.one_sided {
+                let (index, time) = (at.index + before, at.time + time);
+                note(&mut self.one_sided, OneSided { index, time, ..*at }, at.index < one.earlier);
+            }
         }
         self.events += cycles * one.events;
         self.earlier += cycles * one.earlier;

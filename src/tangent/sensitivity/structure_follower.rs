@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, RowDVector};
 
 use super::error::SensitivityError;
-use super::marks::{OneSided, OneSidedReason};
+use super::marks::{OneSided, OneSidedReason, note};
 use super::span::Span;
 use super::structure_legs::{From, SensitiveLeg, tell};
 use super::structure_source::Source;
@@ -166,7 +166,8 @@ impl Follower<'_> {
     fn take(&mut self, event: &StructureEvent) -> bool {
         if let Some(reason) = self.one_sided(event) {
             let time = self.of.drive().time(event.clock());
-            self.rows.one_sided.push(OneSided { index: self.rows.events, time, reason });
+            let mark = OneSided { index: self.rows.events, time, reason };
+            note(&mut self.rows.one_sided, mark, event.clock() < self.span.window);
         }
         self.rows.events += 1;
         self.rows.earlier += i64::from(event.clock() < self.span.window);
