@@ -15,6 +15,7 @@ mod flight;
 mod impact;
 pub mod itinerary;
 mod leg;
+mod long_flight;
 mod sensitivity;
 mod strike;
 pub mod structure;

@@ -14,6 +14,7 @@ mod error;
 mod follow;
 mod impact;
 mod legs;
+mod long_flight;
 mod making;
 mod marks;
 mod models;

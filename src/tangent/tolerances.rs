@@ -98,3 +98,7 @@ pub const SAME_TIME: f64 = 1e-9;
 /// Flights between two impacts that turn nothing by more than this angle are differentiated by what
 /// changes in them.
 pub const SHORT_HOP: f64 = 0.1;
+
+/// A drive's frequency moves the times of its periods. Derivatives by it are carried along flights over more
+/// of them than this in parts: at a fixed time they grow with the time that has gone by, which would cancel.
+pub const FEW_PERIODS: i64 = 16;

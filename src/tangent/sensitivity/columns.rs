@@ -6,6 +6,7 @@
 
 #![allow(clippy::inline_always)] // one of them for each impact of a motion that is followed
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use pulp::NullaryFnOnce;
@@ -130,9 +131,8 @@ impl Differentiated {
         motion.state_after(&motion.flight(here.clock, here.state), elapsed)
     }
 
-    /// Derivatives of the state at a fixed instant of the flight from here, and its rates there, where a
-    /// column looks at them; `known`: the state there.
-    pub fn at(
+    /// As [`Self::at`], over not many drive periods.
+    pub fn at_once(
         &self,
         here: &Here,
         clock: Clock,
@@ -330,6 +330,9 @@ impl Differentiated {
         impact: &FollowedImpact,
         clock: Clock,
     ) -> Result<(Columns, f64), SensitivityError> {
+        if let Cow::Owned(nearer) = self.nearer(here, clock)? {
+            *here = nearer;
+        }
         narrow(Struck { of: self, here, impact, clock })
     }
 

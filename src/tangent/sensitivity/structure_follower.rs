@@ -15,9 +15,7 @@ use crate::simulate::ModelEvent;
 use crate::simulate::event::StopReason;
 use crate::simulate::structure::StructureEvent;
 use crate::tangent::structure::{Linearised, Perturbed, add_moved};
-
-/// Sections of flights over fewer drive periods are reached from their start.
-const SHORT_FLIGHT: i64 = 16;
+use crate::tangent::tolerances::FEW_PERIODS;
 
 /// Tables of derivatives, of the window and of what comes before it in the same drive period.
 #[derive(Default)]
@@ -144,7 +142,8 @@ impl Follower<'_> {
             tell(there.columns(), &mut self.rows.stroboscopic);
         }
         let periods = clock.period - leg.clock.period;
-        let is_short = matches!(leg.from, From::Flight(..)) && periods < SHORT_FLIGHT;
+        // Sections of short flights are reached from their start.
+        let is_short = matches!(leg.from, From::Flight(..)) && periods < FEW_PERIODS;
         if !(is_short || leg.hops()) {
             // Longer flights go on from there.
             let time = self.of.drive().time(clock);

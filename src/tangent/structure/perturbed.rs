@@ -16,6 +16,7 @@ use crate::simulate::event::StopReason;
 use crate::simulate::model::ModelEvent;
 use crate::simulate::structure::{ClosedStops, StopImpactEvent, StructureEvent};
 use crate::simulate::{AnchorOf, Model, Phase, Simulation};
+use crate::tangent::long_flight::next_part;
 use crate::tangent::tolerances::{SHORT_BOUNCE, SLOW_BOUNCE};
 
 /// Perturbations, in columns.
@@ -275,7 +276,21 @@ impl Perturbed {
         }
         self.settle(leg);
         self.struck.clear();
-        let over = ([self.clock, clock], elapsed);
+        if self.of.turns() {
+            while let Some(next) = next_part(self.clock, clock) {
+                self.fly_on(leg, next)?;
+            }
+        }
+        self.fly_on(leg, clock)
+    }
+
+    /// The same over not many drive periods.
+    fn fly_on(
+        &mut self,
+        leg: &AnchorOf<Structure>,
+        clock: Clock,
+    ) -> Result<(), StructureTangentError> {
+        let over = ([self.clock, clock], self.of.drive().until(self.clock, clock));
         let carried = self.steppers.carry(&self.of, leg, over, &mut self.columns);
         carried.map_err(StructureTangentError::Damping)?;
         if let Some(later) = self.of.later(clock.period - self.clock.period) {
