@@ -258,17 +258,18 @@ impl FreeMotion {
     /// operations: for what is compiled where these are instructions.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(crate) fn transitions(&self, time: f64) -> [[[f64; 2]; 2]; 2] {
+    pub(crate) fn transitions(&self, elapsed: DoubleDouble) -> [[[f64; 2]; 2]; 2] {
+        let time = elapsed.hi;
         let (pendulum, oscillator) = (&self.pendulum.equation, &self.oscillator.equation);
         let within = pendulum.turns_within(time) && oscillator.turns_within(time);
-        if within && self.swings_or_beats() {
+        // Whoever tells more digits of the time needs them.
+        if within && elapsed.lo == 0.0 && self.swings_or_beats() {
             return [
                 pendulum.swung_transition(time, pendulum.amplitude_change(time)),
                 oscillator.swung_transition(time, oscillator.amplitude_change(time)),
             ];
         }
-        let time = DoubleDouble::new(time);
-        [self.pendulum.transition(time), self.oscillator.transition(time)]
+        [self.pendulum.transition(elapsed), self.oscillator.transition(elapsed)]
     }
 
     /// State after `periods` drive periods and `time` more of a flight: exact for any number of

@@ -986,8 +986,8 @@ class Sensitivity:
     @property
     def until(self) -> float | None:
         """Up to when they are known, where Ctrl-C has ended the work; else None."""
-    def trajectory(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(len(t), r, k) of the states at times inside the kept window."""
+    def trajectory(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool]:
+        """(len(t), r, k) of states at times in the kept window; whether Ctrl-C left some out."""
 
 def sensitivity(
     run: Run, initial: tuple[float, float, float, float], names: Sequence[str]

@@ -140,6 +140,7 @@ class Derived:
         """That of the core."""
         return self._core.until
 
-    def trajectory(self, t: Array) -> Array:
+    def trajectory(self, t: Array) -> tuple[Array, bool]:
         """Return that of the core, changed."""
-        return self._of_states(self._core.trajectory(t))
+        rows, interrupted = self._core.trajectory(t)
+        return self._of_states(rows), interrupted

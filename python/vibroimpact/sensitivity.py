@@ -116,7 +116,7 @@ class _Core(Protocol):
     def one_sided(self) -> list[tuple[int, float, str]]: ...
     @property
     def until(self) -> float | None: ...
-    def trajectory(self, t: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def trajectory(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool]: ...
 
 
 @interruptible
@@ -212,7 +212,8 @@ class Sensitivity(Shown):
         Parameters
         ----------
         t
-            Times inside the kept window, in any order, shape (j,); or one time.
+            Times inside the kept window, in any order, shape (j,); or one time. In their order they
+            cost least.
 
         Returns
         -------
@@ -224,6 +225,8 @@ class Sensitivity(Shown):
             If a time lies outside the kept window of the run.
         SimulationError
             If a phase of contact has no derivatives that can be computed.
+        Interrupted
+            After Ctrl-C; ``.result`` holds the rows of the first times.
 
         Examples
         --------
@@ -238,7 +241,11 @@ class Sensitivity(Shown):
             place = int(outside[0])
             window = f"times in the kept window, {first!r} to {last!r}"
             reject("t" if single else f"t[{place}]", float(times[place]), window)
-        rows = read_only(self._core.trajectory(times))
+        rows, interrupted = self._core.trajectory(times)
+        rows = read_only(rows)
+        if interrupted:
+            known = f"the rows of the first {len(rows)} times"
+            raise Interrupted("interrupted", rows, holds=known)
         return rows[0] if single else rows
 
     def _facts(self) -> Facts:

@@ -74,6 +74,9 @@ pub(super) fn turn(w: DoubleDouble, s: f64) -> (f64, f64) {
 /// The tick of the clock at impacts is the power of two at or below this part of the drive period.
 const TICK: f64 = 1.0 / (1u64 << 55) as f64;
 
+/// Drive periods within which rounding a time moves no phase by more than some roundings.
+const SHORT_FLIGHT: i64 = 4;
+
 /// The exponent's bits of a number.
 const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
 
@@ -229,6 +232,17 @@ impl Drive {
         let whole = target.period - start.period;
         // Without a drive the period is infinite.
         if whole == 0 { within } else { whole as f64 * self.period.hi + within }
+    }
+
+    /// Time from `start` to `target`: after some drive periods with all digits, which the phase of a free
+    /// oscillation then needs, before them roughly.
+    #[inline(always)]
+    pub fn along_flight(&self, start: Clock, target: Clock) -> DoubleDouble {
+        if target.period - start.period > SHORT_FLIGHT {
+            self.until(start, target)
+        } else {
+            DoubleDouble::new(self.roughly_until(start, target))
+        }
     }
 
     /// Time since t = 0 as one double.

@@ -99,18 +99,20 @@ impl PySensitivity {
         let reason = |reason: OneSidedReason| reason.name();
         self.0.one_sided.iter().map(|at| (at.index, at.time, reason(at.reason))).collect()
     }
-    /// (len(t), r, k) of the states at times inside the kept window.
+    /// (len(t), r, k) of the states at times inside the kept window, and whether Ctrl-C left some out.
     fn trajectory<'py>(
         &self,
         py: Python<'py>,
         t: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> PyResult<(Bound<'py, PyAny>, bool)> {
         let times = arrays::to_vec(&t);
-        let rows = py.detach(|| self.0.trajectory(&times))?;
+        let is_long = times.len() > MOST_TIMES_AT_ONCE;
+        let (rows, interrupted) =
+            interruptible_if(py, is_long, None, |cancel| self.0.trajectory(&times, cancel))?;
         let rows = rows.ok_or_else(|| {
             pyo3::exceptions::PyValueError::new_err("t outside of the kept window")
         })?;
-        self.table(py, &rows.into(), [self.width()])
+        Ok((self.table(py, &rows.into(), [self.width()])?, interrupted))
     }
 }
 
@@ -119,12 +121,17 @@ impl PySensitivity {
 /// are done.
 const MOST_AT_ONCE: u64 = 1 << 16;
 
+/// Times at which derivatives are soon told, though impacts may have been skipped between them.
+const MOST_TIMES_AT_ONCE: usize = 1 << 8;
+
 /// Whether the derivatives of a run by so many numbers take longer, where one of them at an event takes as
 /// long as so many of a `System`.
 fn is_long<M: Recorded>(run: &Run<M>, names: usize, each: usize) -> bool {
     // Flights take long without events where the search for them does.
     let events = run.followed_events().max(run.evaluations / 8);
-    let places = events.saturating_add(run.stroboscopic.len() as u64);
+    // Without events each drive period counts, before the window too.
+    let periods = u64::try_from(run.final_state.clock.period).unwrap_or_default();
+    let places = events.saturating_add(periods);
     // Where events must be found, that takes as long as derivatives by two names.
     let numbers = (names as u64 + 2).saturating_mul(each as u64);
     places.saturating_mul(numbers) > MOST_AT_ONCE

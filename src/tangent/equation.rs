@@ -24,6 +24,7 @@
 
 mod hop;
 mod response;
+mod rows;
 
 pub(super) use hop::Hops;
 pub(super) use response::Flown;
@@ -31,13 +32,16 @@ pub(super) use response::Flown;
 use std::sync::OnceLock;
 
 use response::Response;
+use rows::{grow, over, sum};
 use smallvec::SmallVec;
 
 use crate::flight::{Drive, Oscillator, Trig};
 use crate::model::oblique::Body;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
-use crate::tangent::tolerances::{LEAST_TERM, LONGEST_SERIES, LONGEST_STEP, MOST_STEPS};
+use crate::tangent::tolerances::{
+    LEAST_TERM, LONGEST_SERIES, LONGEST_STEP, MOST_STEPS, PART_STEPS,
+};
 
 /// Displacement and rate.
 pub(super) type Pair = [f64; 2];
@@ -191,6 +195,12 @@ impl Steps {
             series: OnceLock::new(),
             levels: [const { OnceLock::new() }; LEVELS],
         }
+    }
+
+    /// The longest time of which the derivatives keep their digits.
+    pub fn longest_part(&self) -> f64 {
+        let any = self.is_idle() || self.response.is_some() || self.fastest == 0.0;
+        if any { f64::INFINITY } else { PART_STEPS * LONGEST_STEP / self.fastest }
     }
 
     /// Whether nothing is asked for.
@@ -382,36 +392,6 @@ impl Steps {
         }
         (motion, own)
     }
-}
-
-/// A series without its term of order 0, by Horner's rule. With fused operations: for what is compiled where
-/// these are instructions.
-#[inline(always)]
-fn sum<const N: usize>(terms: &[[f64; N]], time: f64) -> [f64; N] {
-    let mut sum = [0.0f64; N];
-    for term in terms.iter().rev() {
-        for i in 0..N {
-            sum[i] = sum[i].mul_add(time, term[i]);
-        }
-    }
-    sum.map(|x| x * time)
-}
-
-/// Two rows over some numbers.
-#[inline(always)]
-fn over(rows: &[f64], numbers: &[f64]) -> Pair {
-    let mut sum = [0.0; 2];
-    for (pair, x) in rows.chunks_exact(2).zip(numbers) {
-        (sum[0], sum[1]) = (sum[0] + pair[0] * x, sum[1] + pair[1] * x);
-    }
-    sum
-}
-
-/// A column that grows so, and to which this is added.
-#[inline(always)]
-fn grow(column: &mut Pair, growth: &[f64], [x, v]: Pair) {
-    let own = over(&growth[..4], &column[..]);
-    (column[0], column[1]) = (column[0] + (own[0] + x), column[1] + (own[1] + v));
 }
 
 impl Series {

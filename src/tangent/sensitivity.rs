@@ -40,7 +40,7 @@ pub use table::SensitivityTable;
 use by::By;
 use columns::Differentiated;
 use follow::{Follower, Told, append};
-use legs::KeptLegs;
+use legs::{KeptLegs, SensitiveLeg};
 use making::{Follows as _, Making};
 use source::{Kept, Source};
 use span::Span;
@@ -55,11 +55,16 @@ use crate::tangent::tolerances::SAME_TIME;
 
 /// What tells derivatives at any time.
 pub trait Along: Send + Sync {
-    /// Derivatives of the states at these fixed times; `None` for a time outside of the kept window.
+    /// Derivatives of the states at these fixed times, of the first ones where the caller cancels; `None` for
+    /// a time outside of the kept window.
     ///
     /// # Errors
     /// [`SensitivityError`] within a leg that has none.
-    fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError>;
+    fn trajectory(
+        &self,
+        times: &[f64],
+        cancel: &CancelToken,
+    ) -> Result<Option<Vec<f64>>, SensitivityError>;
 }
 
 /// Derivatives of a run by some numbers, `names.len()` in each row; states are x1, x1', x2, x2', or q
@@ -113,12 +118,17 @@ impl<L> Sensitivity<L> {
 }
 
 impl<L: Along> Sensitivity<L> {
-    /// Derivatives of the states at these fixed times; `None` for a time outside of the kept window.
+    /// Derivatives of the states at these fixed times, of the first ones where the caller cancels; `None` for
+    /// a time outside of the kept window. Times in their order cost least.
     ///
     /// # Errors
     /// [`SensitivityError`] within a contact phase that has none.
-    pub fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
-        self.legs.trajectory(times)
+    pub fn trajectory(
+        &self,
+        times: &[f64],
+        cancel: &CancelToken,
+    ) -> Result<Option<Vec<f64>>, SensitivityError> {
+        self.legs.trajectory(times, cancel)
     }
 
     /// The same, whatever was differentiated.
@@ -145,8 +155,12 @@ impl<L: Along> Sensitivity<L> {
 }
 
 impl Along for Box<dyn Along> {
-    fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
-        (**self).trajectory(times)
+    fn trajectory(
+        &self,
+        times: &[f64],
+        cancel: &CancelToken,
+    ) -> Result<Option<Vec<f64>>, SensitivityError> {
+        (**self).trajectory(times, cancel)
     }
 }
 
@@ -164,19 +178,31 @@ fn check_names(names: &[String]) -> Result<(), ParameterError> {
 }
 
 impl Along for Legs {
-    fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
+    fn trajectory(
+        &self,
+        times: &[f64],
+        cancel: &CancelToken,
+    ) -> Result<Option<Vec<f64>>, SensitivityError> {
         let Self { of, all: legs, span: (from, to) } = self;
         let drive = &of.model.motion.drive;
         let mut rows = Vec::with_capacity(4 * of.by.len() * times.len());
+        let mut present: Option<SensitiveLeg> = None;
         for &time in times {
             if !(*from..=*to).contains(&time) {
                 return Ok(None);
             }
-            let leg = legs.at(time, of);
+            if cancel.is_cancelled() {
+                break;
+            }
+            let mut leg = legs.at(time, of);
+            if let Some(same) = present.take_if(|other| other.here.clock == leg.here.clock) {
+                leg = same;
+            }
             let clock = drive.clock_at(time);
             let clock = if clock < leg.here.clock { leg.here.clock } else { clock };
             let (columns, rates) = leg.at(of, clock, None)?;
             append(&of.at_fixed_time(columns, &rates, clock), &mut rows);
+            present = Some(leg);
         }
         Ok(Some(rows))
     }

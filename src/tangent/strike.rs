@@ -248,8 +248,8 @@ impl Departure {
     /// The free flight from here to an instant.
     #[inline(always)]
     pub fn flight(&self, model: &Model, end: Clock) -> FreeFlight {
-        let time = model.motion.drive.roughly_until(self.clock, end);
-        let [first, second] = model.motion.transitions(time);
+        let elapsed = model.motion.drive.along_flight(self.clock, end);
+        let [first, second] = model.motion.transitions(elapsed);
         let moves = moves(model);
         FreeFlight { from: *self, transitions: [first, scaled(second, moves)] }
     }

@@ -76,8 +76,12 @@ pub const SHORTEST_RESPONSE: f64 = 1.0;
 /// Derivatives below this are zero: of smaller ones digits would be lost, and much time.
 pub const LEAST_DERIVATIVE: f64 = 1e-280;
 
-/// Most of these steps in one flight: bodies so strongly overdamped that more are needed are given no
-/// derivatives by their equation.
+/// Flights of more of these steps are carried in parts, each from a motion that is known exactly: an error of
+/// rounding grows with the steps since it was made.
+pub const PART_STEPS: f64 = 4096.0;
+
+/// Most of these steps in one part, which is not shorter than a drive period: bodies so strongly overdamped
+/// that more are needed are given no derivatives by their equation.
 pub const MOST_STEPS: f64 = 1_000_000.0;
 
 /// Largest part that a number makes of a mode in another, relative to what it changes in its equation: the
@@ -101,4 +105,4 @@ pub const SHORT_HOP: f64 = 0.1;
 
 /// A drive's frequency moves the times of its periods. Derivatives by it are carried along flights over more
 /// of them than this in parts: at a fixed time they grow with the time that has gone by, which would cancel.
-pub const FEW_PERIODS: i64 = 16;
+pub const FEW_PERIODS: i64 = 8;

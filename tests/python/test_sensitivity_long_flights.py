@@ -1,9 +1,13 @@
-"""Derivatives by the drive's frequency of motions without impacts, over very many drive periods."""
+"""Derivatives of motions without impacts, over very many drive periods."""
+
+import signal
+import threading
 
 import numpy as np
 import pytest
 
 import vibroimpact as vi
+from ctrl_c import asks_of, ctrl_c_at, interrupted
 
 OMEGA = 1.1
 FAR = 5.0
@@ -72,3 +76,77 @@ def test_they_keep_their_digits(kind, periods):
     for run in (made, vi.simulate(machine, **given)):
         found = run.sensitivity("drive_frequency").stroboscopic[-1, rows, 0]
         assert np.abs(found - exact).max() < 1e-13
+
+
+@pytest.mark.parametrize("periods", [4_000, 400_000])
+def test_equal_modes_that_a_spring_couples_keep_their_digits(periods):
+    """From rest at Q both are there again, and have received -Q t/2 from each other."""
+    alike = vi.Structure(np.eye(2), np.eye(2), [vi.Stop([1, 0], FAR, 0.8)], drive_frequency=4.0)
+    start = np.array([[0.3, 0.2], [0.0, 0.0]])
+    run = vi.simulate(alike, initial=start, periods=periods, keep=1)
+    found = run.sensitivity(spring={"stiffness": [[0, 1], [1, 0]]}).stroboscopic[-1, :, 0]
+    time = periods * 2.0 * np.pi / 4.0
+    assert np.abs(found - [0.0, 0.0, -0.5 * time * 0.2, -0.5 * time * 0.3]).max() < 1e-12 * time
+
+
+SLOW, FAST = 0.5, 4.0
+X1, V1, X2, V2 = START = 0.3, 0.2, 0.1, 0.3
+UNDAMPED = vi.System(
+    mass_ratio=0.5,
+    frequency_ratio=SLOW,
+    restitution=0.8,
+    gap=50.0,
+    drive_frequency=FAST,
+    moment_amplitude=1.0,
+)
+
+
+@pytest.mark.parametrize("periods", [8_000, 800_000])
+def test_without_damping_they_keep_their_digits(periods):
+    """Where all motions are back at their start, x = A cos(w t) + v/w sin(w t) + F cos(omega t)."""
+    names = {
+        "pendulum_damping": lambda t: [-SLOW * t * free, -SLOW * t * V1, 0, 0],
+        "frequency_ratio": lambda t: [t * V1 / SLOW, -t * SLOW * free, 0, 0],
+        # At a fixed phase of the drive: earlier, where it is faster.
+        "drive_frequency": lambda t: np.array([-V1, SLOW**2 * free, -V2, X2]) * t / FAST,
+        "oscillator_damping": lambda t: [0, 0, -t * X2, -t * V2],
+    }
+    free = X1 - 1.0 / (SLOW**2 - FAST**2)
+    time = periods * 2.0 * np.pi / FAST
+    run = vi.simulate(UNDAMPED, initial=START, periods=periods, keep=1)
+    found = run.sensitivity(*names).stroboscopic[-1]
+    exact = np.array([by(time) for by in names.values()]).T
+    assert np.abs(found - exact).max() < 1e-11 * time
+
+
+@pytest.mark.parametrize("names", [["drive_frequency"], ["frequency_ratio", "drive_frequency"]])
+def test_what_is_told_at_a_time_does_not_depend_on_the_others(names):
+    found = vi.simulate(UNDAMPED, initial=START, periods=5_000).sensitivity(*names)
+    times = np.linspace(0.0, found.until, 1_000)
+    all_of_them = found.trajectory(times)
+    back = np.random.default_rng(5).permutation(1_000)
+    assert np.array_equal(found.trajectory(times[back]), all_of_them[back])
+    assert np.array_equal(found.trajectory(times[700]), all_of_them[700])
+
+
+def test_an_interrupted_trajectory_has_the_first_rows():
+    found = vi.simulate(UNDAMPED, initial=START, periods=50).sensitivity("drive_frequency")
+    times = np.linspace(0.0, found.until, 40)
+    rows = found.trajectory(times)
+    asks = asks_of(lambda: found.trajectory(times))
+    with ctrl_c_at(asks // 2) as caught:
+        found.trajectory(times)
+    part = caught.value.result
+    assert 0 < len(part) < 40
+    assert np.array_equal(part, rows[: len(part)])
+
+
+def test_ctrl_c_is_heard_before_the_first_impact():
+    # Long work, of which the kept window has nothing.
+    run = vi.simulate(UNDAMPED, initial=START, periods=3 * 10**8, keep=1)
+    ring = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
+    ring.start()
+    with interrupted() as caught:
+        run.sensitivity("drive_frequency")
+    ring.join()
+    assert caught.value.result.until == 0.0

@@ -3,7 +3,8 @@
 
 #![allow(clippy::inline_always)] // what calls it is compiled for several instruction sets
 
-use super::{Coefficient, Pair, Steps, Terms, sum};
+use super::rows::sum;
+use super::{Coefficient, Pair, Steps, Terms};
 use crate::flight::Trig;
 use crate::model::oblique::Body;
 
@@ -97,7 +98,7 @@ mod tests {
             let flight = pendulum.flight(0.3, -0.7, start);
             let flown = pendulum.at(&flight, time, &drive.turned(start, time));
             near(hop.displacement, flown.increment);
-            let [[[xx, xv], [vx, vv]], _] = motion.transitions(time);
+            let [[[xx, xv], [vx, vv]], _] = motion.transitions(DoubleDouble::new(time));
             let [[a, b], [c, d]] = hop.transition;
             near(1.0 + a, xx);
             near(b, xv);

@@ -235,7 +235,7 @@ mod tests {
         let time = 9.0 * part(71);
         let start = drive.trig_at(drive.clock_at(40.0 * part(37)));
         let end = drive.turned_far(start, DoubleDouble::new(time)).phase;
-        let [transition, _] = motion.transitions(time);
+        let [transition, _] = motion.transitions(DoubleDouble::new(time));
         let flown = Flown { start, end, time, transition };
         let Some(found) = response.after(&steps.wanted, (0.3, -0.7), &flown) else {
             return false;

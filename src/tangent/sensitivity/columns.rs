@@ -6,7 +6,6 @@
 
 #![allow(clippy::inline_always)] // one of them for each impact of a motion that is followed
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use pulp::NullaryFnOnce;
@@ -26,6 +25,7 @@ use crate::numerics::lanes::narrow;
 use crate::tangent::Model;
 use crate::tangent::equation::{Flown, Hops, Steps};
 use crate::tangent::itinerary::Signs;
+use crate::tangent::long_flight::Parts;
 use crate::tangent::strike::{Departure, ImpactPoint, Numbers, Rates};
 use crate::tangent::tolerances::{LEAST_DERIVATIVE, SHORT_HOP};
 
@@ -49,6 +49,8 @@ pub(super) struct Differentiated {
     /// Of pendulum and oscillator.
     steps: Arc<[Steps; 2]>,
     hops: Arc<[Hops; 2]>,
+    /// Of long flights.
+    pub(super) parts: Parts,
     /// The fastest rate at which anything turns or decays.
     pub(super) fastest: f64,
     /// What contact needs of the system.
@@ -76,9 +78,11 @@ impl Differentiated {
         let [pendulum, oscillator] = [0, 1].map(|i| bodies[i].fastest_rate());
         let fastest = system.drive_frequency.max(pendulum).max(oscillator);
         let hops = bodies.map(|body| Hops::new(&body, system.drive_frequency));
+        let longest = steps[0].longest_part().min(steps[1].longest_part());
+        let parts = Parts::new(&model.motion.drive, longest, by.contains(&By::DriveFrequency));
         let (model, steps, hops) = (Arc::new(model), Arc::new(steps), Arc::new(hops));
         let contact = Models::default();
-        Self { system: system.clone(), model, by, names, steps, hops, fastest, contact }
+        Self { system: system.clone(), model, by, names, steps, hops, parts, fastest, contact }
     }
 
     /// The same, by the state at an event before all others.
@@ -90,6 +94,7 @@ impl Differentiated {
             names: STATE.iter().map(|_| String::new()).chain(self.names.iter().cloned()).collect(),
             steps: Arc::clone(&self.steps),
             hops: Arc::clone(&self.hops),
+            parts: self.parts,
             fastest: self.fastest,
             contact: Models::default(),
         }
@@ -131,7 +136,7 @@ impl Differentiated {
         motion.state_after(&motion.flight(here.clock, here.state), elapsed)
     }
 
-    /// As [`Self::at`], over not many drive periods.
+    /// As [`Self::at`], in a flight that needs no parts.
     pub fn at_once(
         &self,
         here: &Here,
@@ -169,8 +174,9 @@ impl Differentiated {
         rates: &Rates,
     ) -> Result<Columns, SensitivityError> {
         let drive = &self.model.motion.drive;
-        let time = drive.roughly_until(here.clock, clock);
-        let transitions = self.model.motion.transitions(time);
+        let elapsed = drive.along_flight(here.clock, clock);
+        let time = elapsed.hi;
+        let transitions = self.model.motion.transitions(elapsed);
         let [[[xx1, xv1], [vx1, vv1]], [[xx2, xv2], [vx2, vv2]]] = transitions;
         let added = self.added(here, time, Some((trig, transitions)))?;
         let ([r1, r2], [a1, a2]) = (rates.velocities, rates.accelerations);
@@ -322,17 +328,13 @@ impl Differentiated {
         Ok(columns.collect())
     }
 
-    /// From an event to the impact at this clock that ends the flight from there; the derivatives just
-    /// before it, at its own time, and u after it.
-    pub fn strike(
+    /// As [`Self::strike`], from a flight that needs no parts.
+    pub fn strike_at_once(
         &self,
         here: &mut Here,
         impact: &FollowedImpact,
         clock: Clock,
     ) -> Result<(Columns, f64), SensitivityError> {
-        if let Cow::Owned(nearer) = self.nearer(here, clock)? {
-            *here = nearer;
-        }
         narrow(Struck { of: self, here, impact, clock })
     }
 

@@ -6,6 +6,7 @@ use super::columns::{Column, Columns, Differentiated, Here, moves_stop};
 use super::error::SensitivityError;
 use super::impact::FollowedImpact;
 use super::legs::{KeptLegs, SensitiveLeg};
+use super::long_flight::Waypoints;
 use super::making::Follows;
 use super::marks::{OneSided, OneSidedReason, note, one_sided};
 use super::source::{Next, Passed, Source};
@@ -115,7 +116,8 @@ impl<'a> Follower<'a> {
         let section_offset =
             if section_phase > 0.0 { section_phase / of.system.drive_frequency } else { 0.0 };
         let here = of.start(initial, Clock::START);
-        let leg = SensitiveLeg { here, mode: None, hops: false, time: 0.0 };
+        let passed = Waypoints::default();
+        let leg = SensitiveLeg { here, mode: None, hops: false, time: 0.0, passed };
         Self {
             of,
             span,
@@ -136,7 +138,8 @@ impl<'a> Follower<'a> {
 
     /// The same motion from here on, differentiated by more.
     pub fn with<'b>(&self, of: &'b Differentiated, columns: Columns) -> Follower<'b> {
-        let leg = SensitiveLeg { here: Here { columns, ..self.leg.here.clone() }, ..self.leg };
+        let here = Here { columns, ..self.leg.here.clone() };
+        let leg = SensitiveLeg { here, passed: Waypoints::default(), ..self.leg };
         Follower {
             of,
             // All of it is told.
@@ -160,8 +163,8 @@ impl<'a> Follower<'a> {
     pub fn go_on_from(&mut self, other: &Follower, (columns, later): (Columns, i64)) {
         let then = |clock: Clock| Clock { period: clock.period + later, ..clock };
         self.began = then(other.began);
-        self.leg =
-            SensitiveLeg { time: self.of.model.motion.drive.time(self.began), ..other.leg.clone() };
+        let time = self.of.model.motion.drive.time(self.began);
+        self.leg = SensitiveLeg { time, passed: Waypoints::default(), ..other.leg.clone() };
         let here = &mut self.leg.here;
         (here.clock, here.columns) = (then(here.clock), columns);
         here.departure.clock = then(here.departure.clock);
@@ -220,7 +223,7 @@ impl<'a> Follower<'a> {
     }
 
     /// Derivatives in the present leg, at a fixed time since the start.
-    fn at(&self, clock: Clock) -> Result<Columns, SensitivityError> {
+    fn at(&mut self, clock: Clock) -> Result<Columns, SensitivityError> {
         let (columns, rates) = self.leg.at(self.of, clock, None)?;
         Ok(self.of.at_fixed_time(columns, &rates, clock))
     }
@@ -295,6 +298,7 @@ impl<'a> Follower<'a> {
         }
         (self.last, self.separation) = (0.0, 0.0);
         (self.leg.mode, self.leg.time, self.began) = (self.reader.mode, time, event.clock());
+        self.leg.passed.forget();
         Ok(())
     }
 
@@ -332,6 +336,7 @@ impl<'a> Follower<'a> {
         }
         self.separation = -separation;
         (self.leg.hops, self.leg.time, self.began) = (false, time, impact.clock);
+        self.leg.passed.forget();
         if !kept {
             // Of those in the window the tables tell where they are lost.
             let is_lost = before.iter().any(|column| !column[3].is_finite());

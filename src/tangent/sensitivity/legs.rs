@@ -3,6 +3,7 @@
 use super::columns::{Column, Columns, Differentiated, Here};
 use super::error::SensitivityError;
 use super::impact::FollowedImpact;
+use super::long_flight::Waypoints;
 use super::table::{Cycles, Later, first_not};
 use crate::contact::sustained::ContactMode;
 use crate::model::state::{Clock, State};
@@ -18,6 +19,8 @@ pub(super) struct SensitiveLeg {
     /// Impacts are skipped.
     pub hops: bool,
     pub time: f64,
+    /// On the way to an instant of it.
+    pub passed: Waypoints,
 }
 
 /// Legs in order, with memory for no more columns than there are, and for one cycle of those that repeat.
@@ -96,7 +99,7 @@ impl KeptLegs {
     }
 
     pub fn push(&mut self, leg: &SensitiveLeg) {
-        let &SensitiveLeg { ref here, mode, hops, time } = leg;
+        let &SensitiveLeg { ref here, mode, hops, time, .. } = leg;
         for component in 0..4 {
             self.rows.extend(here.columns.iter().map(|column| column[component]));
         }
@@ -142,14 +145,14 @@ impl KeptLegs {
         let column = |i: usize| std::array::from_fn(|component| rows[component * k + i]);
         let columns: Columns = (0..k).map(column).collect();
         let here = Here { state, clock, trig: of.model.trig(clock), departure, columns };
-        SensitiveLeg { here, mode, hops, time }
+        SensitiveLeg { here, mode, hops, time, passed: Waypoints::default() }
     }
 }
 
 impl SensitiveLeg {
     /// Derivatives of the state at a fixed instant of this leg, and its rates there; `known`: that state.
     pub fn at(
-        &self,
+        &mut self,
         of: &Differentiated,
         clock: Clock,
         known: Option<&State>,
@@ -166,8 +169,8 @@ impl SensitiveLeg {
                     of.strike(&mut here, &impact, impact.clock)?;
                 }
             }
-            return of.at(&here, clock, known);
+            return of.at(&here, &mut Waypoints::default(), (clock, known));
         }
-        of.at(&self.here, clock, known)
+        of.at(&self.here, &mut self.passed, (clock, known))
     }
 }

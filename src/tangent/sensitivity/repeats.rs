@@ -238,7 +238,8 @@ mod tests {
             assert_eq!(found.one_sided, other.one_sided);
             let end = all.final_state.time;
             let times: Vec<f64> = (0..=997).map(|i| end * f64::from(i) / 997.0).collect();
-            let along = |of: &Sensitivity| of.trajectory(&times).unwrap().unwrap();
+            let along =
+                |of: &Sensitivity| of.trajectory(&times, &CancelToken::never()).unwrap().unwrap();
             assert_same(&along(&found), &along(&other));
         }
     }
@@ -270,7 +271,9 @@ mod tests {
                 let times: Vec<f64> = (0..=97)
                     .map(|i| (first + (end - first) * f64::from(i) / 97.0).min(end))
                     .collect();
-                let along = |of: &Sensitivity| of.trajectory(&times).unwrap().unwrap();
+                let along = |of: &Sensitivity| {
+                    of.trajectory(&times, &CancelToken::never()).unwrap().unwrap()
+                };
                 assert_same(&along(&found), &along(&other));
             }
         }
@@ -326,7 +329,9 @@ mod tests {
                 let (first, end) = (part.kept_from(), part.final_state.time);
                 let times: Vec<f64> =
                     (0..=97).map(|i| first + (end - first) * f64::from(i) / 97.0).collect();
-                let along = |of: &Sensitivity| of.trajectory(&times).unwrap().unwrap();
+                let along = |of: &Sensitivity| {
+                    of.trajectory(&times, &CancelToken::never()).unwrap().unwrap()
+                };
                 assert_same(&along(&found), &along(&all_of_it));
             }
         }

@@ -10,6 +10,7 @@ use super::error::SensitivityError;
 use crate::flight::Drive;
 use crate::model::state::Clock;
 use crate::model::structure::{Structure, StructureState};
+use crate::numerics::cancel::CancelToken;
 use crate::simulate::{Anchor, AnchorOf, FlightStart, Phase};
 use crate::tangent::structure::Perturbed;
 
@@ -221,7 +222,11 @@ pub struct StructureLegs {
 }
 
 impl Along for StructureLegs {
-    fn trajectory(&self, times: &[f64]) -> Result<Option<Vec<f64>>, SensitivityError> {
+    fn trajectory(
+        &self,
+        times: &[f64],
+        cancel: &CancelToken,
+    ) -> Result<Option<Vec<f64>>, SensitivityError> {
         let Self { blank, all: legs, span: (from, to) } = self;
         let drive = blank.linearised().drive();
         let (columns, count) = (blank.linearised().by.len(), blank.structure().coordinates());
@@ -230,6 +235,9 @@ impl Along for StructureLegs {
         for &time in times {
             if !(*from..=*to).contains(&time) {
                 return Ok(None);
+            }
+            if cancel.is_cancelled() {
+                break;
             }
             // The last leg that begins not later than this.
             let place = legs.partition_point(|leg| leg.time <= time).max(1) - 1;

@@ -30,7 +30,7 @@ use crate::model::structure::{Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::structure::{ClosedStops, StructureMode};
 use crate::simulate::{AnchorOf, Phase, Simulation};
-use crate::tangent::tolerances::{LEAST_TERM, LONGEST_STEP, MOST_STEPS};
+use crate::tangent::tolerances::{LEAST_TERM, LONGEST_STEP, MOST_STEPS, PART_STEPS};
 
 /// Steps in which the fastest motion turns by `LONGEST_STEP`, as a power of two.
 const FINER: u32 = 6;
@@ -276,6 +276,16 @@ impl Steppers {
             *idle = Some(hops);
         }
         found
+    }
+
+    /// The longest time over which derivatives along a leg keep their digits.
+    pub(super) fn longest_part(&self, of: &Linearised, leg: &AnchorOf<Structure>) -> f64 {
+        if of.by.is_empty() {
+            return f64::INFINITY;
+        }
+        let stepper = self.of(of, leg);
+        let any = stepper.modes.is_some() || stepper.order.is_empty() || stepper.fastest == 0.0;
+        if any { f64::INFINITY } else { PART_STEPS * LONGEST_STEP / stepper.fastest }
     }
 
     /// Whether there is a closed form of this leg.

@@ -16,7 +16,7 @@ use crate::simulate::event::StopReason;
 use crate::simulate::model::ModelEvent;
 use crate::simulate::structure::{ClosedStops, StopImpactEvent, StructureEvent};
 use crate::simulate::{AnchorOf, Model, Phase, Simulation};
-use crate::tangent::long_flight::next_part;
+use crate::tangent::long_flight::Parts;
 use crate::tangent::tolerances::{SHORT_BOUNCE, SLOW_BOUNCE};
 
 /// Perturbations, in columns.
@@ -276,15 +276,15 @@ impl Perturbed {
         }
         self.settle(leg);
         self.struck.clear();
-        if self.of.turns() {
-            while let Some(next) = next_part(self.clock, clock) {
-                self.fly_on(leg, next)?;
-            }
+        let longest = self.steppers.longest_part(&self.of, leg);
+        let parts = Parts::new(self.of.drive(), longest, self.of.turns());
+        while let Some(part) = parts.first(self.clock, clock) {
+            self.fly_on(leg, part.end)?;
         }
         self.fly_on(leg, clock)
     }
 
-    /// The same over not many drive periods.
+    /// The same of one part.
     fn fly_on(
         &mut self,
         leg: &AnchorOf<Structure>,
