@@ -22,15 +22,18 @@
 
 #![allow(clippy::inline_always)] // what calls them is compiled for several instruction sets
 
+mod coefficient;
 mod hop;
 mod response;
 mod rows;
 
+pub(super) use coefficient::{ByEquation, Coefficient};
 pub(super) use hop::Hops;
 pub(super) use response::Flown;
 
 use std::sync::OnceLock;
 
+use coefficient::{ALL, COEFFICIENTS};
 use response::Response;
 use rows::{grow, over, sum};
 use smallvec::SmallVec;
@@ -40,7 +43,7 @@ use crate::model::oblique::Body;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
 use crate::tangent::tolerances::{
-    LEAST_TERM, LONGEST_SERIES, LONGEST_STEP, MOST_STEPS, PART_STEPS,
+    LEAST_TERM, LONGEST_SERIES, LONGEST_STEP, MOST_STEPS, PART_STEPS, SHORTEST_PART,
 };
 
 /// Displacement and rate.
@@ -66,62 +69,14 @@ pub(super) fn by_phase(
         .into()
 }
 
-/// A number of one body's equation of motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Coefficient {
-    Natural,
-    Damping,
-    Omega,
-    Phase,
-    Amplitude,
-    Constant,
-}
-
-/// How many there are.
-const COEFFICIENTS: usize = 6;
-
-/// Derivatives of displacement and rate after a time by the coefficients that are asked for, 0 by the
-/// others.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct ByEquation([Pair; COEFFICIENTS]);
-
-impl ByEquation {
-    /// Where there are none.
-    pub const NONE: Self = Self([[f64::NAN; 2]; COEFFICIENTS]);
-
-    /// By one of them.
-    pub fn of(&self, coefficient: Coefficient) -> Pair {
-        self.0[coefficient as usize]
-    }
-}
-
-/// In this order: what the frequency of the drive adds needs what its phase does.
-const ALL: [Coefficient; COEFFICIENTS] = [
-    Coefficient::Natural,
-    Coefficient::Damping,
-    Coefficient::Phase,
-    Coefficient::Omega,
-    Coefficient::Amplitude,
-    Coefficient::Constant,
-];
-
-impl Coefficient {
-    /// The first component of z that counts, if only one more does.
-    fn place(self) -> Option<usize> {
-        match self {
-            Self::Natural | Self::Damping => None,
-            Self::Constant => Some(2),
-            Self::Omega | Self::Phase | Self::Amplitude => Some(3),
-        }
-    }
-}
-
 /// z = (x, x', 1, cos psi, sin psi).
 type Along = [f64; 5];
 /// Two rows over z, column by column, as what displacement and rate grow by; the last two are nothing.
 type Rows = [f64; 12];
 /// Over two components.
 type Narrow = [f64; 4];
+/// Some coefficients, in the order of all.
+type Coefficients = SmallVec<[Coefficient; COEFFICIENTS]>;
 /// One for each coefficient.
 type Each<T> = [T; COEFFICIENTS];
 
@@ -134,9 +89,11 @@ pub(super) struct Steps {
     body: Body<f64>,
     omega: f64,
     /// What is asked for; with the frequency of the drive its phase, too.
-    wanted: SmallVec<[Coefficient; COEFFICIENTS]>,
-    /// Where it tells all of that.
-    response: Option<Response>,
+    wanted: Coefficients,
+    response: Response,
+    /// Of what is asked for that by which the response differentiates long flights, and the rest.
+    told: Coefficients,
+    stepped: Coefficients,
     /// Length of the shortest steps, a power of two, and the fastest rate.
     length: f64,
     fastest: f64,
@@ -151,8 +108,8 @@ struct Series {
     /// C, and X.
     change: Vec<Rows>,
     growth: Vec<Narrow>,
-    /// L of what is asked for, in its order.
-    added: SmallVec<[Terms; 2]>,
+    /// L of what is asked for.
+    added: SmallVec<[(Coefficient, Terms); 2]>,
 }
 
 /// The terms of rows over z, or over two components from this one on.
@@ -184,12 +141,16 @@ impl Steps {
         // Where nothing turns or decays the series are finite, in any unit.
         let length =
             if fastest > 0.0 { (LONGEST_SERIES / fastest).log2().floor().exp2() } else { 1.0 };
-        let wanted: SmallVec<_> = ALL.into_iter().filter(is_wanted).collect();
+        let wanted: Coefficients = ALL.into_iter().filter(is_wanted).collect();
+        let response = Response::new(body, omega, fastest);
+        let (told, stepped) = wanted.iter().copied().partition(|&of| response.tells(of));
         Self {
             body: *body,
             omega,
-            response: Response::new(body, omega, fastest, &wanted),
+            response,
             wanted,
+            told,
+            stepped,
             length,
             fastest,
             series: OnceLock::new(),
@@ -197,10 +158,14 @@ impl Steps {
         }
     }
 
-    /// The longest time of which the derivatives keep their digits.
+    /// The longest time of which the derivatives keep their digits; strongly damped bodies have much time.
     pub fn longest_part(&self) -> f64 {
-        let any = self.is_idle() || self.response.is_some() || self.fastest == 0.0;
-        if any { f64::INFINITY } else { PART_STEPS * LONGEST_STEP / self.fastest }
+        if self.stepped.is_empty() || self.fastest == 0.0 {
+            return f64::INFINITY;
+        }
+        let natural = self.body.natural;
+        let shortest = if natural > 0.0 { SHORTEST_PART / natural } else { 0.0 };
+        shortest.max(PART_STEPS * LONGEST_STEP / self.fastest)
     }
 
     /// Whether nothing is asked for.
@@ -213,25 +178,38 @@ impl Steps {
     #[inline(always)]
     pub fn between(&self, start: (f64, f64), flown: &Flown) -> Option<ByEquation> {
         // No closures: they would not be compiled for what calls this.
-        if let Some(response) = &self.response
-            && let Some(told) = response.after(&self.wanted, start, flown)
-        {
-            return Some(told);
+        let mut columns = [[0.0; 2]; COEFFICIENTS];
+        if self.told.is_empty() || !self.response.after((&self.told, &mut columns), start, flown) {
+            return self.after(start, flown.start, flown.time);
         }
-        self.after(start, flown.start, flown.time)
+        let all = self.step((&self.stepped, &mut columns), start, flown.start, flown.time);
+        all.then_some(ByEquation(columns))
     }
 
     /// Derivatives after `time` of a flight from displacement and rate, at this phase of the drive; `None`
     /// for bodies so strongly damped that too many steps would be needed.
     #[inline(always)]
-    pub fn after(&self, (x, v): (f64, f64), start: Trig, time: f64) -> Option<ByEquation> {
+    pub fn after(&self, state: (f64, f64), start: Trig, time: f64) -> Option<ByEquation> {
         let mut columns = [[0.0; 2]; COEFFICIENTS];
-        if self.is_idle() || time == 0.0 {
-            return Some(ByEquation(columns));
+        let all = self.step((&self.wanted, &mut columns), state, start, time);
+        all.then_some(ByEquation(columns))
+    }
+
+    /// The columns of some of what is asked for, if not too many steps are needed.
+    #[inline(always)]
+    fn step(
+        &self,
+        (wanted, columns): (&[Coefficient], &mut Each<Pair>),
+        (x, v): (f64, f64),
+        start: Trig,
+        time: f64,
+    ) -> bool {
+        if wanted.is_empty() || time == 0.0 {
+            return true;
         }
         let steps = time * self.fastest / LONGEST_STEP;
         if steps.is_nan() || steps > MOST_STEPS {
-            return None;
+            return false;
         }
         let mut at = [x, v, 1.0, start.cos, start.sin];
         let whole = if self.fastest > 0.0 { (time / self.length).round_ties_even() } else { 0.0 };
@@ -241,13 +219,13 @@ impl Steps {
         while left > 0 {
             let k = (left.ilog2() as usize).min(LEVELS - 1);
             let level = self.level(k);
-            level.take(&self.wanted, (done, &mut at), &mut columns);
+            level.take(wanted, (done, &mut at), columns);
             done += level.time;
             left -= 1 << k;
         }
         let series = self.known_series();
-        series.take(&self.wanted, (time - done) / self.length, (done, &at), &mut columns);
-        Some(ByEquation(columns))
+        series.take(wanted, (time - done) / self.length, (done, &at), columns);
+        true
     }
 
     /// A step of 2^k lengths.
@@ -263,7 +241,8 @@ impl Steps {
         }
         let series = self.known_series();
         let mut added = [[0.0; 12]; COEFFICIENTS];
-        for (&wanted, terms) in self.wanted.iter().zip(&series.added) {
+        for (wanted, terms) in &series.added {
+            let wanted = *wanted;
             match terms {
                 Terms::Wide(terms) => added[wanted as usize] = sum(terms, 0.5),
                 Terms::Narrow(place, terms) => {
@@ -339,12 +318,13 @@ impl Steps {
         let narrow = |rows: &Rows, place: usize| std::array::from_fn(|i| rows[2 * place + i]);
         let terms = |&wanted: &Coefficient| {
             let rows = std::mem::take(&mut added[wanted as usize]);
-            match wanted.place() {
+            let terms = match wanted.place() {
                 None => Terms::Wide(rows),
                 Some(place) => {
                     Terms::Narrow(place, rows.iter().map(|rows| narrow(rows, place)).collect())
                 }
-            }
+            };
+            (wanted, terms)
         };
         Series {
             added: self.wanted.iter().map(terms).collect(),
@@ -406,7 +386,7 @@ impl Series {
     ) {
         let growth = sum(&self.growth, time);
         let mut ahead = [0.0; 2];
-        for (&wanted, terms) in wanted.iter().zip(&self.added) {
+        for &(wanted, ref terms) in self.added.iter().filter(|(of, _)| wanted.contains(of)) {
             let mut added = match terms {
                 Terms::Wide(terms) => over(&sum(terms, time)[..10], at),
                 Terms::Narrow(place, terms) => over(&sum(terms, time), &at[*place..]),

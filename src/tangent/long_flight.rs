@@ -2,13 +2,14 @@
 //!
 //! Where the drive's frequency is a variable each part is at most half of what is left: what is lost in the
 //! first ones has died away at the end. Derivatives that need steps lose digits with their number: no part
-//! has more than some. Parts are whole powers of two of drive periods, so that flights to instants near each
-//! other have most of them in common.
+//! has more than some. Parts are whole powers of two of drive periods, or equally long, so that flights to
+//! instants near each other have most of them in common.
 
 use std::ops::Range;
 
 use crate::flight::Drive;
 use crate::model::state::Clock;
+use crate::numerics::double_double::DoubleDouble;
 use crate::tangent::tolerances::FEW_PERIODS;
 
 /// Drive periods of the longest parts.
@@ -21,10 +22,9 @@ const NEVER: Clock = Clock::new(i64::MAX, 0.0);
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Parts {
     halves: bool,
-    /// The most drive periods of a part, or its longest time where the drive stands still.
+    /// The most drive periods of a part; none where parts have this length, shorter than a period.
     periods: i64,
     time: f64,
-    has_period: bool,
 }
 
 /// A part of a flight.
@@ -36,21 +36,22 @@ pub(crate) struct Part {
 }
 
 impl Parts {
-    /// Not longer than this time, but for one drive period; `halves`: nor than half of what is left.
+    /// Not longer than this time; `halves`: nor than half of what is left, in whole drive periods.
     pub fn new(drive: &Drive, time: f64, halves: bool) -> Self {
-        let has_period = drive.has_period();
         let whole =
-            if has_period { (time / drive.period.hi).clamp(1.0, MOST_PERIODS) } else { 1.0 };
+            if drive.has_period() { (time / drive.period.hi).min(MOST_PERIODS) } else { 0.0 };
         #[allow(clippy::cast_possible_truncation)] // not too large
-        let periods = 1 << (whole as i64).ilog2();
-        Self { halves, periods, time, has_period }
+        let periods = (whole as i64).checked_ilog2().map_or(0, |power| 1 << power);
+        Self { halves, periods, time }
     }
 
     /// What comes first on the way from one instant to another, if that is not all of it.
-    pub fn first(&self, from: Clock, to: Clock) -> Option<Part> {
-        if !self.has_period {
-            let time_in_period = from.time_in_period + self.time;
-            let end = Clock { time_in_period, ..from };
+    pub fn first(&self, drive: &Drive, from: Clock, to: Clock) -> Option<Part> {
+        if self.periods == 0 {
+            if self.time.is_infinite() {
+                return None;
+            }
+            let end = drive.advance(from, DoubleDouble::new(self.time));
             return (end < to).then_some(Part { end, leads_to: end..NEVER });
         }
         let left = to.period.saturating_sub(from.period);
@@ -80,9 +81,9 @@ mod tests {
     use crate::model::state::Clock;
 
     /// Where the parts of a flight end.
-    fn ends(parts: &Parts, mut here: Clock, end: Clock) -> Vec<Clock> {
+    fn ends(drive: &Drive, parts: &Parts, mut here: Clock, end: Clock) -> Vec<Clock> {
         let mut all = Vec::new();
-        while let Some(part) = parts.first(here, end) {
+        while let Some(part) = parts.first(drive, here, end) {
             assert!(here < part.end && part.end < end && part.leads_to.contains(&end));
             here = part.end;
             all.push(here);
@@ -92,9 +93,10 @@ mod tests {
 
     #[test]
     fn parts_are_at_most_half_of_what_is_left() {
-        let parts = Parts::new(&Drive::new(1.3, 0.0), f64::INFINITY, true);
+        let drive = Drive::new(1.3, 0.0);
+        let parts = Parts::new(&drive, f64::INFINITY, true);
         let end = Clock::new(1 << 40, 0.25);
-        let all = ends(&parts, Clock::new(3, 0.5), end);
+        let all = ends(&drive, &parts, Clock::new(3, 0.5), end);
         assert!(end.period - all[all.len() - 1].period <= FEW_PERIODS);
         assert!(all.len() < 80, "{}", all.len());
     }
@@ -104,25 +106,33 @@ mod tests {
         let (drive, still) = (Drive::new(1.3, 0.0), Drive::new(0.0, 0.0));
         for (halves, few) in [(false, 1_000_000 / 512), (true, 1_000_000 / 512 + 20)] {
             let parts = Parts::new(&drive, 600.0 * drive.period.hi, halves);
-            let all = ends(&parts, Clock::new(3, 0.5), Clock::new(1_000_000, 0.25));
+            let all = ends(&drive, &parts, Clock::new(3, 0.5), Clock::new(1_000_000, 0.25));
             assert!(all.windows(2).all(|ends| ends[1].period - ends[0].period <= 512));
             assert!(all.len() <= few, "{}", all.len());
         }
         let parts = Parts::new(&still, 600.0, false);
-        assert_eq!(ends(&parts, Clock::START, Clock::new(0, 6e5 + 1.0)).len(), 1_000);
+        assert_eq!(ends(&still, &parts, Clock::START, Clock::new(0, 6e5 + 1.0)).len(), 1_000);
+        let short = 0.25 * drive.period.hi;
+        let parts = Parts::new(&drive, short, true);
+        let all = ends(&drive, &parts, Clock::START, Clock::new(100, 0.1 * short));
+        assert!(all.windows(2).all(|ends| drive.until(ends[0], ends[1]).value() <= short));
+        assert_eq!(all.len(), 400);
     }
 
     #[test]
     fn a_part_is_the_first_to_all_instants_to_which_it_leads() {
         let drive = Drive::new(1.3, 0.0);
-        for (longest, halves) in [(f64::INFINITY, true), (4.0, true), (70.0, true), (40.0, false)] {
+        let all = [(f64::INFINITY, true), (4.0, true), (70.0, true), (40.0, false), (0.3, true)];
+        for (longest, halves) in all {
             let parts = Parts::new(&drive, longest * drive.period.hi, halves);
             let from = Clock::new(5, 1.0);
             for period in 5..600 {
-                let Some(part) = parts.first(from, Clock::new(period, 0.5)) else { continue };
+                let to = Clock::new(period, 0.5);
+                let Some(part) = parts.first(&drive, from, to) else { continue };
                 for other in 5..600 {
                     let to = Clock::new(other, 0.5);
-                    let same = parts.first(from, to).is_some_and(|other| other.end == part.end);
+                    let same =
+                        parts.first(&drive, from, to).is_some_and(|other| other.end == part.end);
                     assert!(same || !part.leads_to.contains(&to), "{longest} {period} {other}");
                 }
             }

@@ -80,8 +80,12 @@ pub const LEAST_DERIVATIVE: f64 = 1e-280;
 /// rounding grows with the steps since it was made.
 pub const PART_STEPS: f64 = 4096.0;
 
-/// Most of these steps in one part, which is not shorter than a drive period: bodies so strongly overdamped
-/// that more are needed are given no derivatives by their equation.
+/// Least turn of a body itself, without its damping, in a part: fewer, or a strong damping would be followed
+/// for ever.
+pub const SHORTEST_PART: f64 = 1.0 / 64.0;
+
+/// Most of these steps in one part: bodies so strongly overdamped that more are needed are given no
+/// derivatives by their equation.
 pub const MOST_STEPS: f64 = 1_000_000.0;
 
 /// Largest part that a number makes of a mode in another, relative to what it changes in its equation: the

@@ -150,3 +150,43 @@ def test_ctrl_c_is_heard_before_the_first_impact():
         run.sensitivity("drive_frequency")
     ring.join()
     assert caught.value.result.until == 0.0
+
+
+@pytest.mark.parametrize("kind", ["modes", "coupled", "system"])
+def test_an_interrupted_flight_has_its_first_sections(kind):
+    machine, initial, *_ = CASES[kind]
+    run = vi.simulate(machine, initial=initial, periods=60)
+    whole = run.sensitivity("drive_frequency")
+    asks = asks_of(lambda: run.sensitivity("drive_frequency"))
+    with ctrl_c_at(asks // 2) as caught:
+        run.sensitivity("drive_frequency")
+    part = caught.value.result
+    rows = len(part.stroboscopic)
+    assert 20 < rows < 40
+    assert np.array_equal(part.stroboscopic, whole.stroboscopic[:rows])
+    assert part.until == pytest.approx(rows * machine.drive_period, rel=1e-15)
+    assert np.abs(part.final_state - whole.trajectory(part.until)).max() < 1e-12
+
+
+@pytest.mark.parametrize("other", ["static_moment", "frequency_ratio", "pendulum_damping"])
+def test_what_is_asked_for_beside_a_name_takes_no_digits_from_it(other):
+    """A free rotor: d x1/d A = (1 - cos t)/1, and the other needs steps."""
+    rotor = UNDAMPED.replace(frequency_ratio=0.0, drive_frequency=1.0, gap=1e9)
+    run = vi.simulate(rotor, initial=(0, 0, 0, 0), time=1e5)
+    found = run.sensitivity("moment_amplitude", other).final_state[0, 0]
+    assert found == pytest.approx(1.0 - np.cos(1e5), abs=1e-9)
+
+
+@pytest.mark.parametrize("omega", [0.0, 0.01])
+def test_a_strong_damping_under_a_slow_drive(omega):
+    """After a long time a body rests where the load lets it: x1 = M/w^2."""
+    slow = UNDAMPED.replace(
+        frequency_ratio=2.0,
+        pendulum_damping=1000.0,
+        drive_frequency=omega,
+        moment_amplitude=0.0,
+        static_moment=0.3,
+    )
+    run = vi.simulate(slow, initial=(0, 0, 0, 0), time=7e4)
+    found = run.sensitivity("static_moment", "frequency_ratio", "pendulum_damping")
+    assert np.abs(found.final_state[0] - [0.25, -2.0 * 0.3 / 8.0, 0.0]).max() < 1e-12

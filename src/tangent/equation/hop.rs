@@ -37,11 +37,11 @@ impl Hops {
     /// eighth.
     #[inline(always)]
     pub fn after(&self, (x, v): (f64, f64), start: Trig, time: f64) -> Hop {
-        let Steps { body, length, wanted, .. } = &self.0;
+        let Steps { body, length, .. } = &self.0;
         let (series, time) = (self.0.known_series(), time / length);
         let [xx, vx, xv, vv] = sum(&series.growth, time);
         let (mut displacement, mut by_phase) = (xx * x + xv * v, [0.0; 2]);
-        for (wanted, terms) in wanted.iter().zip(&series.added) {
+        for (wanted, terms) in &series.added {
             let Terms::Narrow(_, terms) = terms else { continue };
             let [x_first, v_first, x_second, v_second] = sum(terms, time);
             if *wanted == Coefficient::Constant {

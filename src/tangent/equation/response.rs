@@ -18,7 +18,7 @@
 
 #![allow(clippy::inline_always)] // what calls it is compiled for several instruction sets
 
-use super::{ByEquation, COEFFICIENTS, Coefficient, Pair};
+use super::{Coefficient, Each, Pair};
 use crate::flight::Trig;
 use crate::model::oblique::Body;
 use crate::tangent::tolerances::{OFF_RESONANCE, SHORTEST_RESPONSE};
@@ -42,6 +42,11 @@ pub(super) struct Response {
     decay: f64,
     per_distance: f64,
     shortest: f64,
+    /// Whether nothing cancels in what the load turns into, what a constant one does, and the free
+    /// oscillation.
+    is_far: bool,
+    is_stiff: bool,
+    swings: bool,
 }
 
 /// A flight.
@@ -56,28 +61,19 @@ pub(in crate::tangent) struct Flown {
 }
 
 impl Response {
-    /// That by which these coefficients, and no others, are differentiated by, if it tells that well.
-    pub fn new(body: &Body<f64>, omega: f64, fastest: f64, wanted: &[Coefficient]) -> Option<Self> {
+    pub fn new(body: &Body<f64>, omega: f64, fastest: f64) -> Self {
         let (stiffness, decay) = (body.natural * body.natural, 2.0 * body.damping * body.natural);
         let [re, im] = [stiffness - omega * omega, decay * omega];
         let size = re * re + im * im;
         let enough = OFF_RESONANCE * fastest * fastest;
         let is_far = size.sqrt() >= enough;
         let distance = stiffness - 0.25 * decay * decay;
-        let tells = |coefficient: &Coefficient| match coefficient {
-            Coefficient::Natural | Coefficient::Damping => {
-                let turns = stiffness >= enough && distance.abs() >= enough;
-                turns && (body.amplitude == 0.0 || is_far)
-            }
-            Coefficient::Constant => stiffness >= enough,
-            Coefficient::Omega | Coefficient::Phase | Coefficient::Amplitude => is_far,
-        };
         // Near resonance it is used only where nothing drives the body; times that it must be 0.
         let unit = if is_far { [re / size, -im / size] } else { [0.0; 2] };
         // dG = -G^2 d(1/G).
         let square = times(unit, unit);
         let by = |re: f64, im: f64| times(square, [-re, -im]);
-        wanted.iter().all(tells).then(|| Self {
+        Self {
             body: *body,
             omega,
             ahead: multiplied(unit, 0.0, body.amplitude),
@@ -89,25 +85,38 @@ impl Response {
             decay: 0.5 * decay,
             per_distance: 0.5 * decay / distance,
             shortest: SHORTEST_RESPONSE / fastest,
-        })
+            is_far,
+            is_stiff: stiffness >= enough,
+            swings: stiffness >= enough && distance.abs() >= enough,
+        }
     }
 
-    /// Derivatives after a flight from displacement and rate; `None` after a short one.
+    /// Whether derivatives by this coefficient follow from it.
+    pub fn tells(&self, coefficient: Coefficient) -> bool {
+        match coefficient {
+            Coefficient::Natural | Coefficient::Damping => {
+                self.swings && (self.body.amplitude == 0.0 || self.is_far)
+            }
+            Coefficient::Constant => self.is_stiff,
+            Coefficient::Omega | Coefficient::Phase | Coefficient::Amplitude => self.is_far,
+        }
+    }
+
+    /// Columns after a flight from displacement and rate, if it is not short.
     #[inline(always)]
     pub fn after(
         &self,
-        wanted: &[Coefficient],
+        (wanted, columns): (&[Coefficient], &mut Each<Pair>),
         start: (f64, f64),
         flown: &Flown,
-    ) -> Option<ByEquation> {
+    ) -> bool {
         let &Self { ref body, omega, unit, ahead, flexibility, .. } = self;
         let &Flown { time, transition: [[xx, _], [vx, _]], .. } = flown;
         if time < self.shortest {
-            return None;
+            return false;
         }
         let turning = |response: Complex| [response, multiplied(response, omega, 0.0)];
         let by_constant = [(1.0 - xx) * flexibility, -vx * flexibility];
-        let mut columns = [[0.0; 2]; COEFFICIENTS];
         for &coefficient in wanted {
             columns[coefficient as usize] = match coefficient {
                 Coefficient::Amplitude => flown.at_rest_before(turning(unit), turning(unit)),
@@ -136,7 +145,7 @@ impl Response {
                 }
             };
         }
-        Some(ByEquation(columns))
+        true
     }
 
     /// What the natural frequency or the damping changes in the free oscillation.
@@ -202,11 +211,12 @@ fn along([re, im]: Complex, phase: Trig) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Flown, Response};
+    use super::Flown;
     use crate::flight::Drive;
     use crate::model::oblique::Body;
     use crate::numerics::double_double::DoubleDouble;
-    use crate::tangent::equation::{ALL, Coefficient, Steps};
+    use crate::tangent::equation::coefficient::ALL;
+    use crate::tangent::equation::{ByEquation, Coefficient, Each, Steps};
     use crate::{System, flight::FreeMotion};
 
     /// Whether the response tells of the flight of this number; it tells what the steps do.
@@ -228,18 +238,20 @@ mod tests {
             .unwrap();
         let body: Body<f64> = system.pendulum();
         let steps = Steps::new(&body, omega, wanted);
-        let Some(response) = Response::new(&body, omega, steps.fastest, &steps.wanted) else {
+        if !steps.stepped.is_empty() {
             return false;
-        };
+        }
         let (motion, drive) = (FreeMotion::new(&system), Drive::of(&system));
         let time = 9.0 * part(71);
         let start = drive.trig_at(drive.clock_at(40.0 * part(37)));
         let end = drive.turned_far(start, DoubleDouble::new(time)).phase;
         let [transition, _] = motion.transitions(DoubleDouble::new(time));
         let flown = Flown { start, end, time, transition };
-        let Some(found) = response.after(&steps.wanted, (0.3, -0.7), &flown) else {
+        let mut columns = Each::default();
+        if !steps.response.after((&steps.told, &mut columns), (0.3, -0.7), &flown) {
             return false;
-        };
+        }
+        let found = ByEquation(columns);
         let other = steps.after((0.3, -0.7), start, time).unwrap();
         for &coefficient in wanted {
             for (a, b) in found.of(coefficient).iter().zip(other.of(coefficient)) {

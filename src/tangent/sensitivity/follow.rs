@@ -55,6 +55,8 @@ pub(super) struct Follower<'a> {
     /// u after the last impact.
     separation: f64,
     pub rows: Rows,
+    /// The section at which the caller has cancelled the rest of a flight.
+    given_up: Option<Clock>,
     /// Whether the impacts may be others than the run's.
     pub looks: bool,
     /// So many events are next that are followed one by one, even if they come again.
@@ -130,6 +132,7 @@ impl<'a> Follower<'a> {
             largest: 0.0,
             separation: 0.0,
             rows,
+            given_up: None,
             looks: false,
             plain: 0,
             instants: None,
@@ -153,6 +156,7 @@ impl<'a> Follower<'a> {
             largest: self.largest,
             separation: self.separation,
             rows: Rows::default(),
+            given_up: None,
             looks: false,
             plain: 0,
             instants: Some(Box::default()),
@@ -197,9 +201,14 @@ impl<'a> Follower<'a> {
         for (k, state) in passed.all.drain(..) {
             if self.span.sections.contains(&k) {
                 let period = k - i64::from(self.section_offset > 0.0);
-                self.section(Clock::new(period, self.section_offset), &state)?;
+                let clock = Clock::new(period, self.section_offset);
+                self.section(clock, &state)?;
                 if let Some(instants) = &mut self.instants {
                     instants.sections.push(k);
+                }
+                if source.is_given_up() {
+                    self.given_up = Some(clock);
+                    return Ok(Step::Cancelled);
                 }
             }
         }
@@ -430,12 +439,14 @@ impl<'a> Follows for Follower<'a> {
     }
 
     fn told(mut self, last: Option<Columns>) -> Result<Told, SensitivityError> {
-        let until = last.is_none().then_some(self.leg.time);
+        let here = self.given_up.unwrap_or(self.leg.here.clock);
+        let reached = |clock| self.of.model.motion.drive.time(clock);
+        let until = last.is_none().then(|| self.given_up.map_or(self.leg.time, reached));
         let last = if let Some(columns) = last {
             columns
         } else {
-            self.keep_leg(self.leg.here.clock);
-            self.at(self.leg.here.clock)?
+            self.keep_leg(here);
+            self.at(here)?
         };
         Ok(Told { rows: self.rows, looks: self.looks, last, until })
     }

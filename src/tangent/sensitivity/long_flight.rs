@@ -59,7 +59,9 @@ impl Differentiated {
         passed.truncate(others.unwrap_or(passed.len()));
         loop {
             let near = passed.last().map_or(here, |(_, near)| near);
-            let Some(part) = self.parts.first(near.clock, clock) else { break };
+            let Some(part) = self.parts.first(&self.model.motion.drive, near.clock, clock) else {
+                break;
+            };
             let state = self.state_at(here, part.end);
             let (columns, _) = self.at_once(near, part.end, Some(&state))?;
             let departure = Departure::new(&self.model, &state, part.end, false);

@@ -243,6 +243,11 @@ impl Source<'_> {
         }
     }
 
+    /// The same of work that nobody goes on with.
+    pub fn is_given_up(&self) -> bool {
+        matches!(self, Self::Kept(kept) if kept.cancel.is_cancelled())
+    }
+
     /// The next event, and whether impacts were skipped on the way to it.
     pub fn advance(
         &mut self,

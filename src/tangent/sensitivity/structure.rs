@@ -52,13 +52,15 @@ impl<'a> Follows for Follower<'a> {
     }
 
     fn told(self, last: Option<DMatrix<f64>>) -> Result<Told, SensitivityError> {
-        let Self { of, legs, rows, derivatives: blank, .. } = self;
+        let Self { of, legs, rows, derivatives: blank, given_up, .. } = self;
         let (last, until) = match (last, legs.last()) {
             (Some(columns), _) => (columns, None),
             (None, Some(leg)) => {
                 let cycled = leg.cycled_at(of.drive(), f64::INFINITY);
                 let leg = cycled.as_ref().unwrap_or(leg);
-                (leg.at_fixed_time(&blank, leg.clock)?, Some(leg.time))
+                let here = given_up.unwrap_or(leg.clock);
+                let until = given_up.map_or(leg.time, |clock| of.drive().time(clock));
+                (leg.at_fixed_time(&blank, here)?, Some(until))
             }
             (None, None) => return Err(SensitivityError::OtherMotion { time: 0.0 }),
         };
@@ -227,6 +229,7 @@ impl Along {
             derivatives: Perturbed::new(Arc::clone(of), Clock::START, columns),
             legs: Vec::with_capacity(impacts + 1),
             rows,
+            given_up: None,
             plain: 0,
         }
     }

@@ -46,6 +46,7 @@ impl Follower<'_> {
             derivatives: unit.at(clock, columns),
             legs: Vec::new(),
             rows: Rows::default(),
+            given_up: None,
             plain: 0,
         }
     }

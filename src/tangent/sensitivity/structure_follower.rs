@@ -51,6 +51,8 @@ pub(super) struct Follower<'a> {
     pub derivatives: Perturbed,
     pub legs: Vec<SensitiveLeg>,
     pub rows: Rows,
+    /// The section at which the caller has cancelled the rest of a leg.
+    pub given_up: Option<Clock>,
     /// So many events are next that are followed one by one, even if they come again.
     pub plain: u64,
 }
@@ -67,7 +69,12 @@ impl Follower<'_> {
         for k in passed {
             if self.span.sections.contains(&k) {
                 let period = k - i64::from(self.section_offset > 0.0);
-                self.section(Clock::new(period, self.section_offset))?;
+                let clock = Clock::new(period, self.section_offset);
+                self.section(clock)?;
+                if source.is_given_up() {
+                    self.given_up = Some(clock);
+                    return Ok(Turn::Cancelled);
+                }
             }
         }
         let stop = event.as_ref().and_then(ModelEvent::as_stop);

@@ -102,6 +102,11 @@ impl Source<'_> {
         }
     }
 
+    /// The same of work that nobody goes on with.
+    pub fn is_given_up(&self) -> bool {
+        matches!(self, Self::Kept(kept) if kept.is_cancelled())
+    }
+
     /// Goes on to the next leg, or within this one, with an event or without; takes note of the sections
     /// on the way.
     pub fn turn(

@@ -278,7 +278,7 @@ impl Perturbed {
         self.struck.clear();
         let longest = self.steppers.longest_part(&self.of, leg);
         let parts = Parts::new(self.of.drive(), longest, self.of.turns());
-        while let Some(part) = parts.first(self.clock, clock) {
+        while let Some(part) = parts.first(self.of.drive(), self.clock, clock) {
             self.fly_on(leg, part.end)?;
         }
         self.fly_on(leg, clock)
