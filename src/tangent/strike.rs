@@ -21,6 +21,7 @@ use crate::model::contact_coordinates::ContactCoordinates;
 use crate::model::parameters::{Contact, ImpactLaw};
 use crate::model::restitution::RestitutionAt;
 use crate::model::state::{Clock, State};
+use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::dual::{Dual, Number};
 use crate::simulate::event::ImpactEvent;
 
@@ -248,8 +249,9 @@ impl Departure {
     /// The free flight from here to an instant.
     #[inline(always)]
     pub fn flight(&self, model: &Model, end: Clock) -> FreeFlight {
-        let elapsed = model.motion.drive.along_flight(self.clock, end);
-        let [first, second] = model.motion.transitions(elapsed);
+        // To the digits of the lanes, with which exponents agree to the last bit.
+        let time = model.motion.drive.roughly_until(self.clock, end);
+        let [first, second] = model.motion.transitions(DoubleDouble::new(time));
         let moves = moves(model);
         FreeFlight { from: *self, transitions: [first, scaled(second, moves)] }
     }
