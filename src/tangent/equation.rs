@@ -42,8 +42,9 @@ use crate::flight::{Drive, Oscillator, Trig};
 use crate::model::oblique::Body;
 use crate::numerics::double_double::DoubleDouble;
 use crate::numerics::elementary;
+use crate::tangent::long_flight::longest_part;
 use crate::tangent::tolerances::{
-    LEAST_TERM, LONGEST_SERIES, LONGEST_STEP, MOST_STEPS, PART_STEPS, SHORTEST_PART,
+    LEAST_TERM, LONGEST_SERIES, LONGEST_STEP, MOST_STEPS, SHORTEST_PART,
 };
 
 /// Displacement and rate.
@@ -158,14 +159,12 @@ impl Steps {
         }
     }
 
-    /// The longest time of which the derivatives keep their digits; strongly damped bodies have much time.
+    /// The longest time over which the derivatives keep their digits.
     pub fn longest_part(&self) -> f64 {
-        if self.stepped.is_empty() || self.fastest == 0.0 {
+        if self.stepped.is_empty() {
             return f64::INFINITY;
         }
-        let natural = self.body.natural;
-        let shortest = if natural > 0.0 { SHORTEST_PART / natural } else { 0.0 };
-        shortest.max(PART_STEPS * LONGEST_STEP / self.fastest)
+        longest_part((self.fastest, self.body.natural.max(self.omega)), SHORTEST_PART)
     }
 
     /// Whether nothing is asked for.

@@ -10,13 +10,21 @@ use std::ops::Range;
 use crate::flight::Drive;
 use crate::model::state::Clock;
 use crate::numerics::double_double::DoubleDouble;
-use crate::tangent::tolerances::FEW_PERIODS;
+use crate::tangent::tolerances::{FEW_PERIODS, LONGEST_STEP, PART_STEPS};
 
 /// Drive periods of the longest parts.
 const MOST_PERIODS: f64 = (1u64 << 60) as f64;
 
 /// Later than every instant.
 const NEVER: Clock = Clock::new(i64::MAX, 0.0);
+
+/// The longest time over which steps keep their digits, where something turns or decays as fast as that and
+/// the undamped motion at this rate. Strong damping, with which it would turn by less than `least`, is not
+/// followed in parts: there would be no end of them.
+pub(crate) fn longest_part((fastest, undamped): (f64, f64), least: f64) -> f64 {
+    let time = PART_STEPS * LONGEST_STEP / fastest;
+    if time * undamped >= least { time } else { f64::INFINITY }
+}
 
 /// How a flight is divided.
 #[derive(Debug, Clone, Copy)]

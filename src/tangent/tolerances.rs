@@ -80,9 +80,10 @@ pub const LEAST_DERIVATIVE: f64 = 1e-280;
 /// rounding grows with the steps since it was made.
 pub const PART_STEPS: f64 = 4096.0;
 
-/// Least turn of a body itself, without its damping, in a part: fewer, or a strong damping would be followed
-/// for ever.
-pub const SHORTEST_PART: f64 = 1.0 / 64.0;
+/// Least turn of the undamped motion in a part of a flight, and of a structure's leg in contact, in which each
+/// step is followed.
+pub const SHORTEST_PART: f64 = 1.0;
+pub const SHORTEST_CONTACT_PART: f64 = 128.0;
 
 /// Most of these steps in one part: bodies so strongly overdamped that more are needed are given no
 /// derivatives by their equation.

@@ -30,7 +30,10 @@ use crate::model::structure::{Structure, StructureState};
 use crate::numerics::double_double::DoubleDouble;
 use crate::simulate::structure::{ClosedStops, StructureMode};
 use crate::simulate::{AnchorOf, Phase, Simulation};
-use crate::tangent::tolerances::{LEAST_TERM, LONGEST_STEP, MOST_STEPS, PART_STEPS};
+use crate::tangent::long_flight::longest_part;
+use crate::tangent::tolerances::{
+    LEAST_TERM, LONGEST_STEP, MOST_STEPS, SHORTEST_CONTACT_PART, SHORTEST_PART,
+};
 
 /// Steps in which the fastest motion turns by `LONGEST_STEP`, as a power of two.
 const FINER: u32 = 6;
@@ -284,8 +287,14 @@ impl Steppers {
             return f64::INFINITY;
         }
         let stepper = self.of(of, leg);
-        let any = stepper.modes.is_some() || stepper.order.is_empty() || stepper.fastest == 0.0;
-        if any { f64::INFINITY } else { PART_STEPS * LONGEST_STEP / stepper.fastest }
+        if stepper.modes.is_some() || stepper.order.is_empty() {
+            return f64::INFINITY;
+        }
+        let modes = of.structure.modes().iter().map(|mode| mode.frequency.value());
+        let undamped = modes.fold(of.drive().omega, f64::max);
+        let least =
+            if stepper.equation.is_closed() { SHORTEST_CONTACT_PART } else { SHORTEST_PART };
+        longest_part((stepper.fastest, undamped), least)
     }
 
     /// Whether there is a closed form of this leg.
